@@ -140,12 +140,11 @@ class AnswerList:
         self.lines = lines = primary_lines(found)
         changes = [line.change for line in lines if line.change]
         ends = [abs(end) for row in changes for end in (row.low, row.high) if end is not None]
-        chance = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
         under = {line.label: line.under for line in lines if line.under}
         differ = len({*under.values()}) > 1 and all(said.startswith("at ") for said in under.values())
         self.many, self.compared = sum(not line.alike for line in lines) > MOST, bool(changes)
         self.reach = max(2 * _TICK, math.ceil(max(ends, default=0.0) / _TICK - 1e-9) * _TICK)
-        self.chance = sorted(curve.value[-1] or 0.0 for curve in chance if curve)
+        self.chance = sorted(curve.value[-1] or 0.0 for curve in found.random_play)
         self.doses = {label: said.rpartition(" ")[2] for label, said in under.items() if differ}
         self.open = any(not row.detected and ((row.low or 0.0) > 0 or (row.high or 0.0) < 0) for row in changes)
         half = max(_TICK, self.reach - _TICK)

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from markupsafe import Markup
+
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.rendering import own_markup, rendered
 from lockprobe.report.rows import Course, Results
@@ -38,7 +40,7 @@ def drawable(found: Results) -> list[Course]:
     return shown if len(shown) <= MOST else []
 
 
-def curve_figure(found: Results, *, wide: bool) -> Any:
+def curve_figure(found: Results, *, wide: bool) -> Markup:
     """The figure as an SVG element; empty markup where there is nothing to draw.
 
     Args:
@@ -77,7 +79,6 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         short = name if len(name) <= _LONG else f"{name[:_LONG]}…"
         text = f"{short} {100 * (cell.value('success') or 0.0):.0f} %{at}"
         names.append({"text": text, "y": height, "from": (line[-1]["x"] + 10 if at else edge, line[-1]["y"])})
-    random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     paper = zip((0.0, PEAK), SOLVED, strict=True) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
     values = {
         "size": (880 if wide else 358, bottom + 56),
@@ -92,7 +93,7 @@ def curve_figure(found: Results, *, wide: bool) -> Any:
         "doses": list(zip(x, map("{:g}".format, doses), strict=True))[:: max(1, -(-len(doses) // 6))],
         "bottom": bottom,
         "lines": lines,
-        "band": sorted(y(curve.value[-1]) for curve in random if curve),
+        "band": sorted(y(curve.value[-1]) for curve in found.random_play),
         "stars": [(x[doses.index(dose)] + shift[0] - 16, y(one.value) - 6) for dose, one in paper if dose in doses],
     }
     return own_markup(rendered("curve", **values))

@@ -46,7 +46,12 @@ def explorer_data(trials: Sequence[Trial], found: Results) -> str:
         found: Its results.
     """
     counted = ended(trials)
-    shown = _sample(counted)
+    steps = Counter[tuple[int, int]]()
+    for trial in counted:
+        steps[trial.trial, trial.repetition] += len(trial.steps)
+    blocks = sorted(steps)  # the first whole ones, as many as a page holds, and at least one
+    kept = {*blocks[: max(1, bisect_right(list(accumulate(map(steps.__getitem__, blocks))), _STEPS))]}
+    shown = [trial for trial in counted if (trial.trial, trial.repetition) in kept]
     agents = list(dict.fromkeys((trial.group, trial.modality) for trial in shown))
     several = len({modality for _, modality in agents}) > 1
     conditions = list(dict.fromkeys(trial.condition for trial in shown))
@@ -88,17 +93,6 @@ def explorer_data(trials: Sequence[Trial], found: Results) -> str:
 def _there(**values: Any) -> dict[str, Any]:
     """What is not empty."""
     return {name: value for name, value in values.items() if value}
-
-
-def _sample(trials: Sequence[Trial]) -> Sequence[Trial]:
-    """Trials of whole blocks, in their order: those of the first ones, as many as a page holds, and at least one."""
-    steps = Counter[tuple[int, int]]()
-    for trial in trials:
-        steps[trial.trial, trial.repetition] += len(trial.steps)
-    blocks = sorted(steps)
-    room = bisect_right(list(accumulate(map(steps.__getitem__, blocks))), _STEPS)
-    kept = {*blocks[: max(1, room)]}
-    return [trial for trial in trials if (trial.trial, trial.repetition) in kept]
 
 
 def _text(said: str) -> str:

@@ -138,7 +138,8 @@ class OpenedStudy:
     @cached_property
     def by_name(self) -> Mapping[tuple[str, str], PlayedCell]:
         """Every agent under every condition that has trials, as contrasts take them."""
-        return cells_of(self.analysed, block_orders(self.study) if self.every_look else {}, PlayedCell)
+        made = cells_of(self.analysed, block_orders(self.study) if self.every_look else {})
+        return {at: PlayedCell(**vars(one)) for at, one in made.items()}
 
     @cached_property
     def cells(self) -> tuple[PlayedCell, ...]:

@@ -67,37 +67,24 @@ def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
 
 
 def cause(axis: Axis) -> str:
-    """What may change an agent's success.
+    """What may change an agent's success; an intervention goes by its name, pictures and plants have several doses.
 
     >>> cause(FLIPS), cause(Axis(kind="tremble", dose="p"))
     ('false reports', 'higher doses of tremble')
     """
     if axis.name == FLIPS.name:
         return false_reports(axis.options)
-    said = f"higher doses of {_short(axis)}"
+    said = f"higher doses of {axis.name if axis.kind in (*_PICTURED, PLANT) else axis.kind}"
     return f"{said} ({axis.options})" if axis.options else said
 
 
-def at_dose(p: float, axis: Axis = FLIPS) -> str:
-    """Under which condition, within a sentence.
+def at_dose(p: float) -> str:
+    """At which flip rate, within a sentence.
 
-    >>> at_dose(0), at_dose(0.4), at_dose(0, Axis(kind="tremble", dose="p", rest="nudge"))
-    ('when told the truth', 'at a flip rate of 0.4', 'under nudge alone')
-    >>> at_dose(0, Axis(kind="plant", dose="pose_error"))
-    "with the study's own plant"
+    >>> at_dose(0), at_dose(0.4)
+    ('when told the truth', 'at a flip rate of 0.4')
     """
-    if p:
-        return f"at a {axis.name} of {p:g}"
-    if axis.kind == PLANT:
-        return "with the study's own plant"
-    if axis.rest:
-        return f"under {axis.rest} alone"
-    return "when told the truth" if axis.name == FLIPS.name else f"without {_short(axis)}"
-
-
-def _short(axis: Axis) -> str:
-    """An intervention goes by its name; pictures and plants have several doses."""
-    return axis.name if axis.kind in (*_PICTURED, PLANT) else axis.kind
+    return f"at a {FLIPS.name} of {p:g}" if p else "when told the truth"
 
 
 def at_lowest(found: Results) -> str:

@@ -368,6 +368,12 @@ class Results(Part):
             raise NoSuchRow(f"{quantity}: {len(found)} curves have {_asked(columns)}")
         return found[0] if found else None
 
+    @property
+    def random_play(self) -> list[Curve]:
+        """Success by step of random agents, with and without immediate repeats; none if it is not known."""
+        curves = (self.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat"))
+        return [curve for curve in curves if curve]
+
     def frame(self) -> Any:
         """All rows as a pandas frame, a column for each field and each dose.
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise, product
@@ -234,7 +234,7 @@ class Conditions:
 
 
 def conditions_of(study: Study, success: Sequence[float]) -> list[Conditions]:
-    """The families of the conditions of a study.
+    """The families of the conditions of a study that its report has: of each modality flip rates, other doses, others.
 
     Args:
         study: The conditions, and agents, which are only counted.
@@ -243,7 +243,16 @@ def conditions_of(study: Study, success: Sequence[float]) -> list[Conditions]:
     Raises:
         BadValue: If these are not as many shares as conditions, or nothing is compared.
     """
-    families, labels = [*_families(study)], [one.label for one in study.conditions]
+    design, labels, families = design_of(study), [one.label for one in study.conditions], []
+    for modality, shown in design.shown.items():
+        if set(PLANNED) <= {one.label for one in shown}:
+            families.append((_WHY, {label: float(i) for i, label in enumerate(ARMS)}))
+            continue
+        for one in (one for one in design.against_controls if one.modality == modality):
+            doses = {label: float(i) for i, label in enumerate(one.groups[0])} if one.axis is None else one.axis.doses
+            if len(doses) > 1:
+                ordered = dict(sorted(doses.items(), key=lambda both: both[1]))
+                families.append((one.name if one.axis else "", ordered))
     if not families:
         raise BadValue("conditions", labels, "a control and another condition")
     if len(success) != len(labels) or not all(0 <= share <= 1 for share in success):
@@ -254,19 +263,6 @@ def conditions_of(study: Study, success: Sequence[float]) -> list[Conditions]:
         Conditions(family=family, doses=doses, success=tuple(map(at.__getitem__, doses)), agents=max(1, agents))
         for family, doses in families
     ]
-
-
-def _families(study: Study) -> Iterator[tuple[str, dict[str, float]]]:
-    """The families of conditions that the report has: of each modality flip rates, every other dose, all others."""
-    design = design_of(study)
-    for modality, shown in design.shown.items():
-        if set(PLANNED) <= {one.label for one in shown}:
-            yield _WHY, {label: float(i) for i, label in enumerate(ARMS)}
-            continue
-        for one in (one for one in design.against_controls if one.modality == modality):
-            doses = {label: float(i) for i, label in enumerate(one.groups[0])} if one.axis is None else one.axis.doses
-            if len(doses) > 1:
-                yield one.name if one.axis else "", dict(sorted(doses.items(), key=lambda both: both[1]))
 
 
 FEWEST_PERSONS = 10

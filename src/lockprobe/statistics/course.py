@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import nan
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,19 +82,12 @@ class Cell:
         return {"agent": self.agent, "modality": self.modality, "condition": self.condition, "doses": self.doses}
 
 
-_Cell = TypeVar("_Cell", bound=Cell)
-
-
-def cells_of(
-    trials: Iterable[Trial],
-    orders: Mapping[str, BlockOrder] = {},
-    kind: type[_Cell] = Cell,  # type: ignore[assignment]
-) -> dict[tuple[str, str], _Cell]:
+def cells_of(trials: Iterable[Trial], orders: Mapping[str, BlockOrder] = {}) -> dict[tuple[str, str], Cell]:
     """Every agent under every condition that it has trials of; ``orders`` has the agents judged at every look."""
     found = {}
     for (agent, condition), own in grouped(trials, lambda one: (one.group, one.condition)).items():
         own.sort(key=lambda one: (one.repetition, one.trial))
-        found[agent, condition] = kind(
+        found[agent, condition] = Cell(
             agent=agent, modality=own[0].modality, condition=condition, doses=dict(own[0].doses), trials=tuple(own),
             order=orders.get(agent),
         )  # fmt: skip

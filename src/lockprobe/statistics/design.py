@@ -19,6 +19,7 @@ The arms of the study of controls (``why``) are known by what acts in them.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -42,6 +43,9 @@ of factors begin."""
 _FEWEST = 3
 """Fewest doses, 0 included, that make a series."""
 
+
+_NUMBER = re.compile(r"([-+]?[\d.]+(e[-+]?\d+)?)?")
+"""A level that is a number, or is not said."""
 
 Dose = tuple[int, str]
 """The place of an intervention, and the name of a dose or an option of it."""
@@ -305,19 +309,11 @@ def factors_of(
                     own = groups.setdefault(arm.family((place, option)), {})
                     own.setdefault(spec.options.get(option, ""), arm.label)
     for (name, _), groups in levels.items():
-        kept = [own for own in groups.values() if len(own) > 1 and not all(map(_is_number, own))]
+        kept = [own for own in groups.values() if len(own) > 1 and not all(map(_NUMBER.fullmatch, own))]
         first_without = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
         new = [one for one in first_without if one[0] not in controls and not any({*one} <= {*of} for of in dosed)]
         if new:
             yield Family(LEVELS + name, tuple(new))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text or "0")
-    except ValueError:
-        return False
-    return True
 
 
 @dataclass(frozen=True, kw_only=True)

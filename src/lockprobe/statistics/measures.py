@@ -83,8 +83,7 @@ class Measured:
 def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
     """The measure that a spec names, or a function of a trial as one.
 
-    A spec is a name or ``python:module:name?option=value``. Options are further arguments of the function, or the
-    arguments of a class.
+    A spec is a name or ``python:module:name?option=value``. Options are further arguments of the function.
     """
     if isinstance(measure, NamedMeasure):
         return measure
@@ -100,16 +99,12 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
     allow(measure)
     if (plugin := find_plugin("measure", measure)) is None:
         raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
-    found, expected = plugin.load(), "a function of a trial"
-    if isinstance(found, type):
-        called = any("__call__" in vars(kind) for kind in found.__mro__)
-        made = plugin.make(is_one=lambda one: called, expected=expected)
-    elif not is_own_function(found):
-        raise BadValue("measure", measure, expected)
-    else:
-        with plugin.guarded():  # options are the arguments after the first, the trial
-            own = arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1]) if options else {}
-        made = partial(found, **own) if own else found
+    found = plugin.load()
+    if not is_own_function(found):
+        raise BadValue("measure", measure, "a function of a trial")
+    with plugin.guarded():  # options are the arguments after the first, the trial
+        own = arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1]) if options else {}
+    made = partial(found, **own) if own else found
     return NamedMeasure(name=measure, what=first_line(found), of=made, plugin=plugin)
 
 

@@ -42,7 +42,14 @@ def change_p(kind: Literal["difference", "ratio"], here: Shares, paper: Shares =
     half a trial more of each (Walter 1975). If trials broke it is the larger P value of both ends, and 1 if the
     paper's number lies between these.
     """
-    of = _rise if kind == "difference" else _log_ratio
+
+    def of(first: Proportion, second: Proportion) -> tuple[float, float]:
+        if kind == "difference":
+            smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in (first, second)]
+            return second.value - first.value, math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
+        (a, n), (b, m) = ((one.count + 0.5, one.n + 0.5) for one in (second, first))
+        return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
+
     published, ends = of(*paper), [of(*end) for end in opposed_shares(*here)]
     between = len({value > published[0] for value, _ in ends}) > 1
     return 1.0 if between else max(_apart(end, published) for end in ends)
@@ -52,16 +59,6 @@ def correlation_p(r: float, points: int) -> float:
     """P value, two-sided, of a correlation over so many points being the paper's, by Fisher's z; -1 < r < 1."""
     here, paper = ((math.atanh(r), 1 / math.sqrt(n - 3)) for r, n in ((r, points), (CORRELATION, CORRELATION_POINTS)))
     return _apart(here, paper)
-
-
-def _rise(first: Proportion, second: Proportion) -> tuple[float, float]:
-    smooth = [((one.count + 2) / (one.n + 4), one.n + 4) for one in (first, second)]
-    return second.value - first.value, math.sqrt(sum(value * (1 - value) / n for value, n in smooth))
-
-
-def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
-    (a, n), (b, m) = ((one.count + 0.5, one.n + 0.5) for one in (second, first))
-    return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
 
 
 def _apart(here: tuple[float, float], paper: tuple[float, float]) -> float:

@@ -91,7 +91,7 @@ def _pearson(x: Array, y: Array) -> Array:
     return np.where(constant, math.nan, np.clip(np.sum(x * y, axis=1) / scale, -1.0, 1.0))
 
 
-def resample(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> dict[Quantity, Array]:
+def resample(counted: Outcomes, rng: np.random.Generator) -> dict[Quantity, Array]:
     """Draw the clusters of one agent's trials with replacement, within every repetition; people from all.
 
     The shares of resampled points (:func:`lockprobe.statistics.outcomes.points`) have the shape (resamples, points), of
@@ -105,13 +105,13 @@ def resample(counted: Outcomes, rng: np.random.Generator, resamples: int = RESAM
     strata = [np.unique(cluster[repetition == number]) for number in np.unique(repetition)]
     if any(len(members) < 2 for members in strata):
         return {"success": np.empty((0, len(kinds))), "loop_rate": np.empty((0, len(kinds)))}
-    tables, drawn = np.zeros((3, int(cluster.max(initial=-1)) + 1, len(kinds))), np.zeros((3, resamples, len(kinds)))
+    tables, drawn = np.zeros((3, int(cluster.max(initial=-1)) + 1, len(kinds))), np.zeros((3, RESAMPLES, len(kinds)))
     for table, event in zip(tables, (np.ones(len(counted)), counted.solved, counted.looped), strict=True):
         np.add.at(table, (cluster, point.reshape(-1)), event)
     for members in strata:
         own, even, rows = tables[:, members], np.full(len(members), 1 / len(members)), max(1, _AT_ONCE // len(members))
-        for first in range(0, resamples, rows):
-            size = min(rows, resamples - first)
+        for first in range(0, RESAMPLES, rows):
+            size = min(rows, RESAMPLES - first)
             times = rng.multinomial(len(members), even, size=size).astype(np.float64)
             drawn[:, first : first + size] += times @ own
     (n, *happened), (all_, *observed) = drawn, tables.sum(axis=1)

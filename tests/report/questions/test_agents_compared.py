@@ -7,12 +7,9 @@ from reported import tables_of
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import Page
 from lockprobe.report.questions import agents_compared
-from lockprobe.report.results import results
 from lockprobe.report.results import results_of as made_of
 from lockprobe.statistics.agents import CHANGE, STEPS, SUCCESS, compared
 from lockprobe.statistics.course import cells_of, courses
-from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.read_records import load
 
 P = (0.0, 0.4)
 FAILED = (0,) * 20
@@ -88,33 +85,3 @@ def test_one_agent_has_nobody_beside_it(tmp_path):
     found = of_trials(tmp_path, *some("llm:a", 9, 8))
     assert 'id="agents_compared"' not in Page(found=found).text()
     assert table(found) == []
-
-
-# Under other conditions
-
-AGENTS = ("cognitive:perseverant", "cognitive:careful", "human-inspired")
-CONDITIONS = ("drop?p=0.5", "tremble?p=0.2", "nudge")
-
-
-@pytest.fixture(scope="module")
-def beside_flips(tmp_path_factory):
-    asked = {"agent": [*AGENTS], "p": [0, 0.4], "condition": [*CONDITIONS], "trials": 20, "repetitions": 1, "seed": 1}
-    directory = write_study(tmp_path_factory.mktemp("by-condition") / "study", study("flips", **asked))
-    return directory, results(directory)
-
-
-def test_rows_over_conditions_are_counted_in_the_records(beside_flips):
-    directory, found = beside_flips
-    solved = {}
-    for trial in load(directory):
-        solved.setdefault((trial.agent, trial.condition), []).append(trial.ending == "solved")
-    share = {name: sum(own) / 20 for name, own in solved.items()}
-    gaps = {name: share[AGENTS[0], name] - share[AGENTS[1], name] for name in ("truth", *CONDITIONS)}
-    pair = {"agent": AGENTS[0], "versus": AGENTS[1], "axis": "conditions"}
-    row, change = (found.one(f"success_{of}", **pair) for of in ("difference", "interaction"))
-    assert (row.value, row.n, row.corrected_for) == (pytest.approx(sum(gaps.values()) / 4), 80, 1)
-    assert change.value == pytest.approx(gaps[change.condition] - gaps["truth"])
-    assert (change.control, change.corrected_for) == ("truth", 3)
-    against = pair | {"versus": "human-inspired"}
-    assert found.one("success_difference", **against).family == "agents and baselines"
-    assert not found.where("success_interaction", **against)

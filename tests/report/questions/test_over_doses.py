@@ -3,14 +3,13 @@
 from dataclasses import replace
 
 import pytest
-from builders import SOLUTION, make_trial, modality_study, play_study, small_study
+from builders import SOLUTION, make_trial, modality_study, small_study
 from reported import found_in
 
 from lockprobe.report.page import Page, parts_of
 from lockprobe.report.questions.speed import SECTIONS
 from lockprobe.report.section import Table
 from lockprobe.statistics.loops.chance import chance_level
-from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.options.studyfile import study
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
@@ -64,38 +63,6 @@ def test_the_interval_has_to_lie_outside_both_levels_of_chance(tmp_path, loops, 
     trials = [make_trial(one, agent="llm:x", trial=i, budget=12) for i, one in enumerate(played, 1)]
     found = found_in(tmp_path, replace(small_study(("llm:x",), (0.0,), 1, 12), max_steps=12), trials)
     assert f", by chance 31 to 48&nbsp;% ({said})" in Page(found=found).text()
-
-
-PLANNED = small_study(["cognitive:perseverant", "random"], (0.0, 0.2, 0.4), 2, 8)
-
-
-@pytest.fixture(scope="module")
-def played():
-    return play_study(PLANNED)
-
-
-@pytest.fixture(scope="module")
-def found(played, tmp_path_factory):
-    return found_in(tmp_path_factory.mktemp("speed"), PLANNED, played)
-
-
-def test_steps_are_those_of_the_trials(found, played):
-    """Without trials that broke the mean over all of them is that of their lengths."""
-    for cell in found.cells:
-        own = outcomes([one for one in played if (one.group, one.condition) == (cell.agent, cell.condition)])
-        assert cell.value("mean_steps_all") == pytest.approx(own.length.mean())
-        for part, share in (("half", 0.5), ("80 %", 0.8)):
-            solved = sorted(own.length[own.solved].tolist())
-            reached = -(-round(share * len(own) * 100) // 100)
-            assert cell.value("steps_to_solve", part) == (solved[reached - 1] if len(solved) >= reached else None)
-        curve = cell.curve("success_by_step")
-        assert curve.value[-1] == own.solved.mean()
-    (course, _) = found.courses()
-    change = course.get("steps_difference", "higher")
-    steps = [cell.value("mean_steps_all") for cell in course.cells]
-    assert change.value == pytest.approx((steps[1] + steps[2]) / 2 - steps[0])
-    assert change.low < change.value < change.high
-    assert found.courses()[1].get("steps_difference", "higher") is None  # it plays alike whatever it is told
 
 
 # Modalities

@@ -5,11 +5,10 @@ from builders import write_study
 from reported import tables_of
 
 from lockprobe.report.page import parts_of
-from lockprobe.report.questions.why import TABLE, why_said
+from lockprobe.report.questions.why import TABLE
 from lockprobe.report.results import results
 from lockprobe.statistics.design import ARMS
-from lockprobe.statistics.proportions import Difference
-from lockprobe.statistics.why import CONTRASTS, Decision
+from lockprobe.statistics.why import CONTRASTS
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.read_records import load
 
@@ -68,40 +67,3 @@ def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
     _, found = told
     assert not found.where("success_difference", axis="first")
     assert not any("correction" in row.family for row in found.where("success_difference"))
-
-
-def mean(value, half=0.05):
-    p_value = 0.001 if abs(value) > half else 0.6
-    return Difference(value=value, low=value - half, high=value + half, p_value=p_value, n=150, clusters=150)
-
-
-def said(verdict, *claims, total=0.2):
-    decision = Decision(
-        total=mean(total),
-        contrasts={name: mean(total) for name in CONTRASTS if claims},
-        claims=claims,
-        verdict=verdict,
-    )
-    return why_said("llm:a", "symbolic?tell=state", decision)
-
-
-RAISE = "False reports raise the success of llm:a by 20 points. "
-
-
-VERDICTS = [
-    ("says", ("last",), "and then corrected, a false last statement raises it, whatever the first one says"),
-    ("says", ("agreed",), "two false statements raise it, and no change by a single one was detected"),
-    ("form", ("form",), "They do so as any odd report does: a true correction and an irrelevant remark raise it too"),
-    ("both", ("last", "form"), "whatever the first one says; and as any odd report does: a true correction and"),
-    ("blurred", (), "Why is not decided: a true correction raises it too, so corrections cannot tell."),
-    ("not decided", (), "Why is not decided: through what they say, or as any odd report does"),
-]
-
-
-@pytest.mark.parametrize(("verdict", "claims", "expected"), VERDICTS)
-def test_every_verdict_has_what_happened_and_then_the_cause(verdict, claims, expected):
-    found = said(verdict, *claims)
-    assert found.startswith(RAISE)
-    assert expected in found
-    assert found.count(". ") == 1
-    assert not any(word in found for word in ("believe", "because", "disturb"))

@@ -33,10 +33,8 @@ from matplotlib.transforms import Bbox, Transform, offset_copy
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.curve import placed
 from lockprobe.report.figures import DPI, SMALL, own_settings
-from lockprobe.report.prose import paper_rates
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player, who
 from lockprobe.statistics.design import FLIPS
-from lockprobe.statistics.published import Shares
 
 INK, FAINT = "#222222", "#666666"
 
@@ -295,11 +293,6 @@ def published(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
     hollow: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 7.5, "markeredgewidth": 0.7}
     if places:
         axes.plot(*zip(*places, strict=True), "*", label="the paper", gid="paper", clip_on=False, zorder=5, **hollow)
-
-
-def published_by_p(cells: Sequence[Cell], shares: Shares) -> list[tuple[float, float]]:
-    """The paper's shares at the flip rates that lie on the axis of these cells."""
-    return [(rate, shares[rate > 0].value) for rate in paper_rates(cells)]
 
 
 COLUMN = 3.5

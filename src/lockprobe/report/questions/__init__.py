@@ -7,8 +7,6 @@ from importlib import import_module
 
 from lockprobe.report.section import Section
 
-__all__ = ["all_sections"]
-
 _OWN = (
     "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes",
     "loops", "agents_compared", "speed", "decisions", "robot", "conditions", "study_design",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lockprobe.foundation.formatting import end_of, listed, p_value
-from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
@@ -28,6 +28,7 @@ _TEST = "F between boxes and Cochran's Q, the larger P"
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
+    """Success on each box, what a condition changes there, and whether that differs between them."""
     if len(numbers.study.boxes) == 1:
         return
     for cell in numbers.cells:
@@ -35,24 +36,20 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             own = cell.ended.solved[cell.ended.box == box.name]
             yield from cell.share("success", proportion(int(own.sum()), len(own)), of=box.name)
         control = numbers.by_name.get((cell.agent, numbers.design.control(cell.condition)))
-        if control is not None and control is not cell:
-            yield from _against(cell, control)
-
-
-def _against(cell: PlayedCell, control: PlayedCell) -> Iterator[Row]:
-    """What a condition changes on each box, and whether that differs between them."""
-    solved, box = blocks_of([control.ended, cell.ended]).whole([0, 1])
-    if len(np.unique(box)) < 2:
-        return
-    of: dict[str, Any] = {"control": control.condition, "unit": "points"}
-    for name in dict.fromkeys(box.tolist()):
-        found = paired(*solved[box == name].T)
-        yield measured_row("success_difference", found, **cell.of, **of, of=name, p_value=None)
-    if between := between_boxes(solved[:, 0], solved[:, 1], box):
-        mean, deviation = between
-        tested = {"p_value": mean.p_value, "test": _TEST, "n": mean.n, "clusters": mean.clusters}
-        yield cell.estimate("success_difference", deviation, of=_BETWEEN, **tested, **of)
-        yield measured_row("success_difference", mean, **cell.of, **of, of=_FURTHER, p_value=None)
+        if control is None or control is cell:
+            continue
+        solved, played = blocks_of([control.ended, cell.ended]).whole([0, 1])
+        if len(np.unique(played)) < 2:
+            continue
+        of: dict[str, Any] = {"control": control.condition, "unit": "points"}
+        for name in dict.fromkeys(played.tolist()):
+            found = paired(*solved[played == name].T)
+            yield measured_row("success_difference", found, **cell.of, **of, of=name, p_value=None)
+        if between := between_boxes(solved[:, 0], solved[:, 1], played):
+            mean, deviation = between
+            tested = {"p_value": mean.p_value, "test": _TEST, "n": mean.n, "clusters": mean.clusters}
+            yield cell.estimate("success_difference", deviation, of=_BETWEEN, **tested, **of)
+            yield measured_row("success_difference", mean, **cell.of, **of, of=_FURTHER, p_value=None)
 
 
 def boxes_said(found: Results) -> str:

@@ -47,14 +47,8 @@ def fork_rows(effects: Iterable[ForkEffect], study: Study) -> list[Estimate]:
     return rows
 
 
-def _place(row: Estimate) -> tuple[str, str, str]:
-    """The arm, the fork point, and what later reports are."""
-    arm, where, later = row.of.partition(", ")[2].rsplit(", ", 2)
-    return arm, where, later
-
-
-def _of_success(rows: Iterable[Estimate], quantity: str = _CHANGE) -> list[Estimate]:
-    return [row for row in rows if row.quantity == quantity and row.of.startswith(f"{_SUCCESS}, ")]
+def _of_success(rows: Iterable[Estimate]) -> list[Estimate]:
+    return [row for row in rows if row.quantity == _CHANGE and row.of.startswith(f"{_SUCCESS}, ")]
 
 
 def fork_table(rows: Sequence[Estimate]) -> Lines:
@@ -64,7 +58,7 @@ def fork_table(rows: Sequence[Estimate]) -> Lines:
     head = ["agent", "condition", "forked at", "arm", "later reports", "solved after truth", "change, points", "P"]
     yield [*head, *others, "trials"]
     for row in _of_success(rows):
-        own, (arm, where, later) = (row.agent, row.condition), _place(row)
+        own, (arm, where, later) = (row.agent, row.condition), row.of.partition(", ")[2].rsplit(", ", 2)
         names = [row.agent, row.condition, where, arm, later.removeprefix("later reports ")]
         more = [alone(known.get((_CHANGE, *own, row.of.replace(_SUCCESS, outcome, 1)))) for outcome in others]
         told = alone(known[_AFTER_TRUTH, *own, row.of])

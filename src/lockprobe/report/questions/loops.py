@@ -12,12 +12,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, range_of
 from lockprobe.report.format import entry_text
-from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, chance_said, interval_kind, over_rates, paper_rates, played_subjects
 from lockprobe.report.questions.success import fit_rows, turn_rows
-from lockprobe.report.rows import Cell, Course, Estimate, Results, Row, measured_row
+from lockprobe.report.rows import Cell, Course, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
-from lockprobe.statistics import course as played
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.how_soon import looping
 from lockprobe.statistics.loops import cover
@@ -36,40 +35,32 @@ LENGTHS = (
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for cell in numbers.cells:
-        yield from _of_cell(cell)
-    for course in numbers.every_course:
-        yield from _over_doses(course)
-
-
-def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
-    if not (trials := ended(cell.trials)):
-        return
-    found, n = cell.ended, len(trials)
-    yield from cell.share("loop_rate", share_of(found.looped, found.player, found.luck, found.box))
-    for one in points(found):
-        yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
-    for null in get_args(Null):
-        level, error = expected_loop_rate(((len(trial.steps), len(trial.joints)) for trial in trials), null)
-        ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
-        how: dict[str, Any] = {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
-        yield cell.estimate("loop_rate", level, of=null, n=n, **how)
-    yield cell.estimate("coverage", fmean(cover(trial.actions).share for trial in trials), n=n)
-
-
-def _over_doses(course: played.Course) -> Iterator[Row]:
-    """Of one agent over doses: the fit, the correlation with success, and whether first loops come later."""
-    found, shares, of = course.tested.ended, course.points, course.of
-    if not len(found):
-        return
-    yield from fit_rows("loop_fit", "loop_rate", course)
-    loops, success = (np.array([getattr(one, name) for one in shares]) for name in ("loop_rate", "success"))
-    if (r := correlation(loops, success, (course.draws["loop_rate"], course.draws["success"]))) is not None:
-        test: dict[str, Any] = {"test": "Student's t", "unit": "r", "clusters": None}
-        yield measured_row("loop_success", r, **of, of="correlation", **test)
-    if hazard := looping(found):
-        note = {1: "sooner", -1: "later"}.get(hazard.direction, "")
-        yield measured_row("hazard_ratio", hazard, **of, of="first loops", unit="ratio", test="log-rank", note=note)
-    yield from turn_rows("first loops", course)
+        if not (trials := ended(cell.trials)):
+            continue
+        own, n = cell.ended, len(trials)
+        yield from cell.share("loop_rate", share_of(own.looped, own.player, own.luck, own.box))
+        for one in points(own):
+            yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
+        for null in get_args(Null):
+            level, error = expected_loop_rate(((len(trial.steps), len(trial.joints)) for trial in trials), null)
+            ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
+            how: dict[str, Any] = (
+                {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
+            )
+            yield cell.estimate("loop_rate", level, of=null, n=n, **how)
+        yield cell.estimate("coverage", fmean(cover(trial.actions).share for trial in trials), n=n)
+    for course in numbers.every_course:  # the fit, the correlation with success, and whether first loops come later
+        if not len(course.tested.ended):
+            continue
+        yield from fit_rows("loop_fit", "loop_rate", course)
+        loops, success = (np.array([getattr(at, name) for at in course.points]) for name in ("loop_rate", "success"))
+        if (r := correlation(loops, success, (course.draws["loop_rate"], course.draws["success"]))) is not None:
+            test: dict[str, Any] = {"test": "Student's t", "unit": "r", "clusters": None}
+            yield measured_row("loop_success", r, **course.of, of="correlation", **test)
+        if hazard := looping(course.tested.ended):
+            test = {"test": "log-rank", "unit": "ratio", "note": {1: "sooner", -1: "later"}.get(hazard.direction, "")}
+            yield measured_row("hazard_ratio", hazard, **course.of, of="first loops", **test)
+        yield from turn_rows("first loops", course)
 
 
 def _said(found: Results) -> Iterator[str]:
@@ -122,7 +113,7 @@ def _by_dose(axes: Any, course: Course) -> None:
     places = [cell.dose or 0.0 for cell in course.played]
     chance = ([cell.value("loop_rate", of) or 0.0 for cell in course.played] for of in get_args(Null))
     axes.fill_between(places, *chance, color="#999999", alpha=0.3, linewidth=0, zorder=1, label="random actions")
-    figures.published(axes, figures.published_by_p(course.cells, LOOPED))
+    figures.published(axes, [(rate, LOOPED[rate > 0].value) for rate in paper_rates(course.cells)])
     trials = figures.counts(cell.trials for cell in course.played)
     figures.title(axes, figures.heading(course), f"{trials} per flip rate")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import MOST_NAMED, p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import entry_text
-from lockprobe.report.opened import OpenedStudy, PlayedCell
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, played_subjects
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
@@ -36,25 +35,22 @@ _PALE = 0.7
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    yield from chain.from_iterable(map(_of_cell, numbers.cells))
+    for cell in numbers.cells:
+        curve = success_curve(cell.outcomes)
+        if not curve.n:
+            continue
+        steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
+        line = {"x": tuple(range(len(curve.share))), "value": curve.share, "low": curve.low, "high": curve.high}
+        yield cell.curve("success_by_step", axis="step", n=curve.n, **line)
+        yield cell.estimate("steps_to_solve", curve.steps_to(0.5), of="half", **steps)
+        yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, **steps)
+        early, late = curve.steps_to_interval(0.8)
+        steps |= {"note": "" if late is not None else "open high" if early is not None else "not reached"}
+        yield cell.estimate("steps_to_solve", curve.steps_to(0.8), low=early, high=late, of="80 %", **steps)
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
     for course in numbers.every_course:
         of = f"Mean steps of {course.agent} by {course.axis.name}"
         yield from section(of, partial(_over_doses, course), list[Estimate])
-
-
-def _of_cell(cell: PlayedCell) -> Iterator[Row]:
-    curve = success_curve(cell.outcomes)
-    if not curve.n:
-        return
-    steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
-    x = tuple(range(len(curve.share)))
-    yield cell.curve("success_by_step", axis="step", n=curve.n, x=x, value=curve.share, low=curve.low, high=curve.high)
-    yield cell.estimate("steps_to_solve", curve.steps_to(0.5), of="half", **steps)
-    yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, **steps)
-    early, late = curve.steps_to_interval(0.8)
-    open_end = "" if late is not None else "open high" if early is not None else "not reached"
-    yield cell.estimate("steps_to_solve", curve.steps_to(0.8), low=early, high=late, of="80 %", **steps, note=open_end)
 
 
 def _exact(numbers: OpenedStudy) -> list[Row]:
@@ -107,8 +103,7 @@ def draw(found: Results) -> Any:
             figures.staircase(axes, curve, style, first=1 + i % 4)
             if name:
                 labels.append((curve.value[-1] or 0.0, name, style.colour))
-        random = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-        if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in random if curve]:
+        if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in found.random_play]:
             low, high = chance
             grey: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
             axes.fill_between(range(budget + 1), low, high, step="post", **grey)

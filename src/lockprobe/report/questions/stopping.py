@@ -46,11 +46,10 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 def every_look_said(study: Study, kind: str, answers: _Answers, played: int) -> str:
     """For how many looks the page holds, and why (``kind``); empty for a study of fixed size that is finished."""
     people = f" What people did is shown {_ONE_LOOK}." * (PEOPLE in study.agents)
-    if kind == "until":
-        return f"{progress_said(study, answers, played)}. {_HOLDS}.{people}"
-    if kind == "extended":
-        return f"Trials were added to this study after it had begun. {_HOLDS}.{people}"
-    return f"{_HOLDS}; reading them now and playing on is valid.{people}" if kind else ""
+    if kind == "unfinished":
+        return f"{_HOLDS}; reading them now and playing on is valid.{people}"
+    added = "Trials were added to this study after it had begun"
+    return f"{progress_said(study, answers, played) if kind == 'until' else added}. {_HOLDS}.{people}" if kind else ""
 
 
 def progress_said(study: Study, answers: _Answers, played: int) -> str:

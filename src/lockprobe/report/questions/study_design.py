@@ -103,8 +103,9 @@ def _broken(numbers: OpenedStudy) -> Iterator[Row]:
         owed = sum(trial.owed_again for trial in trials)
         replayed = "no" if not owed else "yes" if owed == len(trials) else f"{owed} of {len(trials)}"
         first, said = trials[0], trials[0].error.message if trials[0].error else ""
-        for name in (first.spec, Spec.parse(first.spec).name.removeprefix("gguf:")) if first.called else ():
-            said = said.replace(name or first.called, first.called)  # a name without its spec, which may hold a path
+        known = (first.spec, Spec.parse(first.spec).name.removeprefix("gguf:")) if first.called else ()
+        for name in filter(None, known):  # an agent that has a name is called so: its spec may hold a path
+            said = said.replace(name, first.called)
         facts = {"first message": said, "will be replayed": replayed}
         yield from (Fact(about=f"{agent}, broken at {boundary}", name=name, text=text) for name, text in facts.items())
     for (agent, modality), cells in grouped(numbers.cells, lambda cell: (cell.agent, cell.modality)).items():

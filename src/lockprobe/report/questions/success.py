@@ -45,25 +45,20 @@ def turn_rows(of: Turning, course: Course, agents: int = 1) -> Iterator[Row]:
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     for course in numbers.every_course:
         yield from fit_rows("success_fit", "success", course)
-        yield from _differences(course)
+        tested = any_difference(course.tested, course.stream("permutation"), agents=course.family)
+        for one in tested:  # the difference, both shares, and the bounds if trials broke
+            columns = course.of | course.by_dose[one.dose].of | {"control": course.cells[0].condition}
+            yield measured_row(
+                "success_difference", one, **columns, n=one.second.n, unit="points",
+                family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,
+                test=one.test,
+            )  # fmt: skip
+            for part, share in (("", one.second), (CONTROL, one.first)):
+                yield from share_rows("success_in_pairs", share, **columns, of=part)
+            for part, bound in zip(BOUNDS, one.bounds or (), strict=False):
+                yield Estimate(quantity="success_difference", **columns, of=part, value=bound, unit="points")
         if course.order is None:
             yield from turn_rows("success", course, course.family)
-
-
-def _differences(course: Course) -> Iterator[Row]:
-    """Success at every dose minus that at the lowest, both shares, and the bounds if trials broke."""
-    tested = any_difference(course.tested, course.stream("permutation"), agents=course.family)
-    for one in tested:
-        columns = course.of | course.by_dose[one.dose].of | {"control": course.cells[0].condition}
-        yield measured_row(
-            "success_difference", one, **columns, n=one.second.n, unit="points",
-            family=f"success by {course.axis.name}", corrected_for=len(tested) * course.family,
-            test=one.test,
-        )  # fmt: skip
-        for part, share in (("", one.second), (CONTROL, one.first)):
-            yield from share_rows("success_in_pairs", share, **columns, of=part)
-        for part, bound in zip(BOUNDS, one.bounds or (), strict=False):
-            yield Estimate(quantity="success_difference", **columns, of=part, value=bound, unit="points")
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -147,12 +142,11 @@ def _panel(axes: Any, course: Shown) -> None:
             axes.fill_between(fit.x, *ends, color=style.colour, alpha=0.15, linewidth=0, zorder=1)
     figures.share_axis(axes, "success rate")
     figures.dose_axis(axes, cells, course.name)
-    chance = [course.found.get("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
-    if levels := [row.value for row in chance if row and row.value is not None]:
+    if levels := [curve.value[-1] or 0.0 for curve in course.found.random_play]:
         look: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
         axes.axhspan(min(levels), max(levels), label="random play", **look)
     if cells[0].p is not None and course.subject:
-        figures.published(axes, figures.published_by_p(cells, SOLVED))
+        figures.published(axes, [(rate, SOLVED[rate > 0].value) for rate in paper_rates(cells)])
     trials = figures.counts(cell.trials for cell in cells)
     figures.title(axes, figures.heading(course), f"{trials} per {course.name}")
 

@@ -72,7 +72,11 @@ def chance_level(length: int, actions: int = 4, *, null: Null = "uniform") -> Ch
     if starts > LENGTH * actions * others ** (LENGTH - 1):
         # Copies of one word in a loop-free trial all start within three steps of each other.
         return Chance(1.0)
-    if (free := _loop_free(length, actions, null)) is not None:
+    rows = _table()[null]
+    row = rows[length][: actions + 1] if length < len(rows) else [None]
+    counted = [patterns for patterns in row if patterns is not None]
+    if len(counted) == len(row):  # a pattern of k distinct actions stands for actions!/(actions - k)! sequences
+        free = sum(patterns * perm(actions, distinct) for distinct, patterns in enumerate(counted))
         total = actions * others ** (length - 1)
         return Chance((total - free) / total)
     # simulated trials are the same for all lengths up to 20, 40, 80 ... steps; beyond about n = 6.5 sqrt(words) steps,
@@ -101,19 +105,6 @@ def expected_loop_rate(sizes: Iterable[tuple[int, int]], null: Null) -> Chance:
 def _table() -> dict[str, list[list[int | None]]]:
     """Loop-free patterns under each null: by length, then by number of distinct actions."""
     return json.loads(files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text("utf-8"))  # type: ignore[no-any-return]
-
-
-def _loop_free(length: int, actions: int, null: Null) -> int | None:
-    """Loop-free sequences, or None where not all of their patterns were counted.
-
-    A pattern of k distinct actions stands for actions!/(actions - k)! sequences.
-    """
-    rows = _table()[null]
-    row = rows[length][: actions + 1] if length < len(rows) else [None]
-    counted = [patterns for patterns in row if patterns is not None]
-    if len(counted) < len(row):
-        return None
-    return sum(patterns * perm(actions, distinct) for distinct, patterns in enumerate(counted))
 
 
 @cache
