@@ -168,6 +168,7 @@ def written(figure):
     found += [text for legend in figure.legends for text in (legend.get_title(), *legend.get_texts())]
     for axes in figure.axes:
         found += [*axes.texts, axes.title, axes._left_title]
+        found += [text for own in (axes.xaxis, axes.yaxis) * axes.axison for text in (own.label, *own.get_ticklabels())]
     return [(text, text.get_window_extent()) for text in found if text.get_text().strip()]
 
 

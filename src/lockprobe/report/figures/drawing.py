@@ -22,13 +22,10 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.markers import TICKDOWN, TICKLEFT
-from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox, Transform, offset_copy
+from matplotlib.transforms import Bbox
 
 from lockprobe.foundation.spec import spec_name
 from lockprobe.report.curve import placed
@@ -157,33 +154,11 @@ def axis(
 ) -> None:
     """The axis below or on the left: names at places, a label, and with ``grid`` lines across the axes.
 
-    A tick may have an empty name. All of it is a few artists of the axes: Matplotlib's own ticks are five artists each
-    and are laid out twice.
+    A tick may have an empty name.
     """
-    across, out = along == "x", 5.0  # points beyond the axes
-    near = axes.get_xaxis_transform() if across else axes.get_yaxis_transform()
-
-    def put(place: float, text: str, base: Transform, away: float, **look: Any) -> Text:
-        x, y, beyond = (place, 0.0, {"y": -away}) if across else (0.0, place, {"x": -away})
-        own = {"ha": "center", "va": "top"} if across else {"ha": "right", "va": "center_baseline"}
-        moved = offset_copy(base, axes.get_figure(root=True), units="points", **beyond)
-        return axes.text(x, y, text, transform=moved, **own | look)
-
-    if grid:
-        ends = [[(place, end) if across else (end, place) for end in (0, 1)] for place in places]
-        lines = LineCollection(ends, colors="#e6e6e6", linewidths=0.6, transform=near, zorder=0.5)
-        axes.add_collection(lines, autolim=False)
-    axes.spines["bottom" if across else "left"].set_visible(True)
-    marker, nil = TICKDOWN if across else TICKLEFT, [0.0] * len(places)
-    tick: dict[str, Any] = {"color": "#888888", "markersize": 3, "markeredgewidth": 0.7, "clip_on": False}
-    x, y = (places, nil) if across else (nil, places)
-    axes.plot(x, y, linestyle="none", marker=marker, transform=near, label="_axis", **tick)
-    texts = [put(place, name, near, out) for place, name in zip(places, names, strict=True) if name]
-    if label:
-        sizes = [text.get_window_extent() for text in texts]
-        reach = max((size.height if across else size.width for size in sizes), default=0.0) * 72 / DPI
-        look = {} if across else {"rotation": "vertical", "va": "center"}
-        put(0.5, label, axes.transAxes, out + 3 + reach, **look)
+    axes.spines["bottom" if along == "x" else "left"].set_visible(True)
+    axes.set(**{f"{along}ticks": places, f"{along}ticklabels": names, f"{along}label": label})
+    axes.grid(visible=grid, axis=along)
 
 
 def share_axis(axes: Axes, label: str, along: Literal["x", "y"] = "y", *, grid: bool = True) -> None:
@@ -384,6 +359,10 @@ def sheet(
 
 def _around(axes: Axes) -> tuple[float, float, float, float]:
     """How far texts reach out of axes: left, below, right, above, in inches; a title may be as wide as it is."""
-    box, taken = axes.bbox, Bbox.union([axes.bbox, *(text.get_window_extent() for text in axes.texts)])
+    own = (one.get_tightbbox() for one in (axes.xaxis, axes.yaxis))
+    box, taken = (
+        axes.bbox,
+        Bbox.union([axes.bbox, *filter(None, own), *(one.get_window_extent() for one in axes.texts)]),
+    )
     above = max(taken.y1, axes.title.get_window_extent().y1 if axes.get_title() else box.y1)
     return (box.x0 - taken.x0) / DPI, (box.y0 - taken.y0) / DPI, (taken.x1 - box.x1) / DPI, (above - box.y1) / DPI
