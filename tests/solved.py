@@ -65,6 +65,21 @@ def people(rng, per_p, boxes, likeness, p=7, success=0.5):
     return replace(columns, player=np.array(who))
 
 
+def left_after_failures(rng, people=60, boxes=6, leaves=0.5, likeness=0.5):
+    """Who played each trial, and whether it was solved; people are unequally able, and some leave after a failure."""
+    from scipy.stats import norm
+
+    able = rng.standard_normal(people)
+    chance = norm.cdf(likeness**0.5 * able / (1 - likeness) ** 0.5)
+    played = []
+    for i in range(people):
+        for _ in range(boxes):
+            played.append((i, bool(rng.random() < chance[i])))
+            if not played[-1][1] and rng.random() < leaves:
+                break
+    return np.array(played).T
+
+
 def smallest(differences):
     """The smallest P value; None without a difference."""
     return min((one.p_value for one in differences), default=None)

@@ -207,11 +207,6 @@ def one(change, key=STRATEGY):
     return lambda files: change(next(record for record in files.records if record["key"] == key))
 
 
-def every_step(change):
-    """An edit of every decision but the first of a trial."""
-    return lambda files: [change(step["decision"]) for record in files.records for step in record["steps"][1:]]
-
-
 def without_last(files):
     files.settings["trials"] -= 1
     files.drop(lambda key: not key.endswith(f"trial={files.settings['trials'] + 1}"))
@@ -239,30 +234,20 @@ def first(change, ending=None):
     return lambda files: change(files, files.of(MODEL, ending)[0])
 
 
-def decisions(change, after=0):
-    return each(lambda record: [change(step["decision"]) for step in record["steps"][after:]])
+def decisions(change, agent=MODEL):
+    """An edit of every decision of an agent but the first of a trial."""
+    return each(lambda record: [change(step["decision"]) for step in record["steps"][1:]], agent=agent)
 
 
-def answers(change):
-    return lambda files: [change(call) for call in files.calls]
-
-
-def then(*edits):
-    return lambda files: [edit(files) for edit in edits]
+def cheaper(files):
+    for call in files.calls:
+        if call.get("reply"):
+            call["usage"].update(output_tokens=1)
 
 
 def faulty(record):
     relabelled(record)
     record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
-
-
-def said_so(decision):
-    """Its last reply says what it decides."""
-    decision["replies"][-1] = reply_of(decision)
-
-
-def facts(**changes):
-    return each(lambda record: record["facts"].update(changes))
 
 
 def sent(files, record, number):
@@ -299,14 +284,17 @@ def a_second_record(files):
     files.records[-1]["steps"][0]["decision"]["hypothesis"] = "made up"
 
 
-flipped_claims = then(decisions(flipped, after=1), decisions(said_so, after=1))
+def flipped_and_said(decision):
+    flipped(decision)
+    decision["replies"][-1] = reply_of(decision)
+
 
 EDITS = {
     "another outcome told": ("forked", one(lambda of: of["steps"][1].update(told_moved=not of["steps"][1]["told_moved"])), "luck", "step 2, told_moved"),
     "a trial dropped": ("forked", lambda files: files.drop(lambda key: key != STRATEGY), "complete", ""),
     "other doses": ("forked", lambda files: files.settings["conditions"][1]["interventions"][0].update(doses=["p"]), "settings", "the doses of flip?p=0.4"),
     "another seed": ("forked", lambda files: files.settings.update(seed=files.settings["seed"] + 1), "forks", ""),
-    "other claims of a local model": ("local", every_step(flipped), "choices", ""),
+    "other claims of a local model": ("local", decisions(flipped, LOCAL), "choices", ""),
     "a client's trials dropped": ("client", without_last, "attempts", ""),
     "a person's trial dropped": ("people", lambda files: files.drop(lambda key: key != files.records[0]["key"]), "attempts", "is not on record"),
     "a joint on a plant of one's own": ("bench", of_the_model(another_joint), "replies", "step 2, decision"),
@@ -314,9 +302,9 @@ EDITS = {
     "a reply of a fork dropped": ("branched", without_last_of_a_fork, "fork replies", ""),
     "failures as errors": ("sabotaged", each(relabelled, "budget"), "replies", ""),
     "failures as faults of the provider": ("sabotaged", each(faulty, "budget"), "complete", ""),
-    "flipped claims with replies": ("sabotaged", flipped_claims, "replies", ""),
-    "another model": ("sabotaged", facts(model="openai-api/fake/large"), "agents", ""),
-    "cheaper calls": ("sabotaged", answers(lambda call: call.get("reply") and call["usage"].update(output_tokens=1)), "replies", ""),
+    "flipped claims with replies": ("sabotaged", decisions(flipped_and_said), "replies", ""),
+    "another model": ("sabotaged", each(lambda of: of["facts"].update(model="openai-api/fake/large")), "agents", ""),
+    "cheaper calls": ("sabotaged", cheaper, "replies", ""),
     "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
     "a call of another agent": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(agent="random")), "replies", "its calls name no trial on record, or another agent"),

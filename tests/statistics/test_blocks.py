@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 from builders import make_trial
-from scipy.stats import norm
+from solved import left_after_failures
 
 from lockprobe.statistics.blocks import FEWEST, blocks_of, crossed_mean, mean_of_blocks, rare_block
 from lockprobe.statistics.distributions import sign_test
@@ -75,13 +75,7 @@ def people_who_differ(rng):
 
 def able_people_who_stay(rng):
     """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
-    chance, rows = norm.cdf(rng.standard_normal(60)), []
-    for i in range(60):
-        for _ in range(6):
-            rows.append((i, rng.random() < chance[i]))
-            if not rows[-1][1] and rng.random() < 0.5:
-                break
-    who, solved = np.array(rows).T
+    who, solved = left_after_failures(rng)
     return crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from solved import left_after_failures
 
 from lockprobe.statistics.clustered import (
     FEWEST_BOXES,
@@ -69,19 +69,6 @@ def test_a_share_of_one_condition_is_wilsons_for_agents_and_knows_people():
     found, crossed = share_of(solved, person, luck), clustered_proportion(solved, np.ones(20), person, luck)
     assert (found.count, found.n, found.low, found.high) == (10, 20, crossed.low, crossed.high)
     assert found.low < proportion(10, 20).low
-
-
-def left_after_failures(rng, people=60, boxes=6, leaves=0.5, likeness=0.5):
-    """Who played each trial, and whether it was solved; people are unequally able, and some leave after a failure."""
-    able = rng.standard_normal(people)
-    chance = norm.cdf(likeness**0.5 * able / (1 - likeness) ** 0.5)
-    played = []
-    for i in range(people):
-        for _ in range(boxes):
-            played.append((i, bool(rng.random() < chance[i])))
-            if not played[-1][1] and rng.random() < leaves:
-                break
-    return np.array(played).T
 
 
 @pytest.mark.parametrize(("people", "boxes", "leaves"), [(60, 6, 0.5), (30, 4, 1.0), (30, 4, 0.0)])

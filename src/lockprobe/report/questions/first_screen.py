@@ -109,11 +109,11 @@ def _changed_nothing(numbers: OpenedStudy) -> Iterator[str]:
         if never_acted(cell.trials):
             whole.setdefault(cell.condition, {})[cell.agent] = steps
         elif idle := idle_interventions(cell.trials, acting[cell.condition]):
-            yield f"{listed(idle)} changed nothing under {cell.condition} for {cell.agent} (0 of {steps} steps)."
+            yield f"{listed(idle)} changed nothing under {cell.condition} for {who(cell.agent)} (0 of {steps} steps)."
     rates = {one.label: at_dose(one.p) for one in numbers.study.flip_axis if one.p}
     for condition, agents in whole.items():
         every = len(agents) == len(numbers.subjects)
-        whom = " for any agent" * (len(agents) > 1) if every else f" for {listed([*agents], named=3)}"
+        whom = " for any agent" * (len(agents) > 1) if every else f" for {listed([*map(who, agents)], named=3)}"
         rate = rates.get(condition)
         said = f"{capital(rate)} no report was false" if rate else f"{condition} changed nothing"
         yield f"{said}{whom} (0 of {sum(agents.values())} steps), so nothing is concluded from it."
@@ -123,8 +123,7 @@ def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
     """What each agent that played is, in a few words: what its facts say of a model, else its description."""
     facts: dict[str, Mapping[str, object]] = {}
     for cell in numbers.cells:
-        for trial in cell.trials[:1]:
-            facts.setdefault(cell.agent, trial.facts)
+        facts.setdefault(cell.agent, cell.trials[0].facts)
     for spec in numbers.study.agents:
         agent = numbers.study.label_of(spec)
         if agent in facts:
