@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lockprobe_robot.box_model.gates import gates_of
 
 from lockprobe.boxes.box import Joint, Lockbox
-from lockprobe.boxes.families import Recipe, box, generate
+from lockprobe.boxes.families import box, generate
 from lockprobe.foundation.errors import PlantFault
 
 KINDS = ("prismatic", "revolute")
@@ -44,7 +44,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
 @pytest.mark.parametrize("seed", [11, 16])
 def test_random_boxes_with_alternatives_pushed_at_random(seed):
     family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
-    drawn = generate(Recipe(family=family, layout=layout, dealt=True, seed=seed))
+    drawn = generate(family, seed, layout=layout, dealt=True)
     mechanism, _, _ = mechanism_of(drawn)
     mechanism.set_configuration(drawn.initial)
     for joint in np.random.default_rng(5).integers(len(drawn.joints), size=30):

@@ -10,7 +10,7 @@ from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags
 
 from lockprobe.boxes.box import MAX_JOINTS, Joint
-from lockprobe.boxes.families import STRUCTURES, Recipe, box, generate
+from lockprobe.boxes.families import STRUCTURES, box, generate
 from lockprobe.foundation.errors import BadValue
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
@@ -18,8 +18,8 @@ FEW = ("chain-4", "branched")
 
 
 def drawn(layout):
-    recipes = (Recipe(family="random-8", layout=layout, dealt=True, seed=seed) for seed in range(1, 50))
-    return [next(found for found in map(generate, recipes) if not isinstance(found, str))]
+    boxes = (generate("random-8", seed, layout=layout, dealt=True) for seed in range(1, 50))
+    return [next(found for found in boxes if not isinstance(found, str))]
 
 
 def fine_paths(panel):

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import count, islice, pairwise
 from pathlib import Path
@@ -132,57 +132,42 @@ STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
 """Box by name."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Recipe:
-    """The parameters of a generated box. Equal recipes give equal boxes.
+def generate(
+    family: str, seed: int = 1, *, layout: LayoutName = "serial", dealt: bool = False, shortest: int = 2
+) -> Lockbox | str:
+    """A generated box, for example ``reset-zigzag-7``, or why it cannot be played (:func:`fault_of`).
 
-    Attributes:
+    There is only one draw. Interlock and layout have separate streams.
+
+    Args:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
+        seed: From 0, below 2**31.
+        layout: Where the joints lie on the panel.
         dealt: Whether kinds and names are assigned at random, and places too unless the layout is ``misleading``, so
             that they do not reveal the interlock.
         shortest: Least allowed optimum, steps, from 1.
-        seed: From 0, below 2**31. Interlock and layout have separate streams.
     """
-
-    family: str = "random-4"
-    layout: LayoutName = "serial"
-    dealt: bool = False
-    shortest: int = 2
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        if self.family not in STRUCTURES and not _RANDOM.fullmatch(self.family):
-            raise UnknownName("family", self.family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
-        if self.layout not in get_args(LayoutName):
-            raise UnknownName("layout", self.layout, get_args(LayoutName))
-        check_whole("shortest", self.shortest, 1, 2**MAX_JOINTS)
-        check_whole("seed", self.seed, 0, _SEEDS - 1)
-
-    @property
-    def name(self) -> str:
-        """The name of its box, for example ``reset-zigzag-7``."""
-        return f"{self.family}-{self.layout}-{self.seed}"
-
-
-def generate(recipe: Recipe) -> Lockbox | str:
-    """The box of a recipe, or the reason why it cannot be played (:func:`fault_of`). There is only one draw."""
-    drawn = _RANDOM.fullmatch(recipe.family)
-    if drawn:
-        box = _random_interlock(int(drawn[1]), recipe.name, generator(recipe.seed, "box", "interlock"))
-    else:
-        box = STRUCTURES[recipe.family]()
-    box = laid_out(box, recipe.layout, generator(recipe.seed, "box", "layout"), dealt=recipe.dealt)
-    return fault_of(box, recipe.shortest) or replace(box, name=recipe.name)
+    drawn = _RANDOM.fullmatch(family)
+    if family not in STRUCTURES and not drawn:
+        raise UnknownName("family", family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
+    if layout not in get_args(LayoutName):
+        raise UnknownName("layout", layout, get_args(LayoutName))
+    check_whole("shortest", shortest, 1, 2**MAX_JOINTS)
+    check_whole("seed", seed, 0, _SEEDS - 1)
+    name = f"{family}-{layout}-{seed}"
+    box = _random_interlock(int(drawn[1]), name, generator(seed, "box", "interlock")) if drawn else STRUCTURES[family]()
+    box = laid_out(box, layout, generator(seed, "box", "layout"), dealt=dealt)
+    return fault_of(box, shortest) or replace(box, name=name)
 
 
 def random_box(joints: int, seed: int) -> Lockbox:
-    """The box ``random-N-SEED``: the first of a sequence of recipes with an optimum of min(joints, 3) steps or more."""
+    """The box ``random-N-SEED``: the first that is generated with an optimum of min(joints, 3) steps or more."""
     for attempt in range(1000):
         drawn = integer_seed(seed, "random-box", joints, attempt)
-        found = generate(Recipe(family=f"random-{joints}", dealt=True, shortest=min(joints, 3), seed=drawn))
+        found = generate(f"random-{joints}", drawn, dealt=True, shortest=min(joints, 3))
         if isinstance(found, Lockbox):
             return replace(found, name=f"random-{joints}-{seed}")
-    raise AssertionError("a thousand recipes in a row give no box")
+    raise AssertionError("a thousand draws in a row give no box")
 
 
 def alike_boxes(joints: int, many: int) -> tuple[Lockbox, ...]:

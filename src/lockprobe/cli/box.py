@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json as json_
 from collections.abc import Iterator
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.families import DEFAULT_BOX, STRUCTURES, Recipe, find_box
+from lockprobe.boxes.families import DEFAULT_BOX, STRUCTURES, find_box
 from lockprobe.boxes.families import generate as make
 from lockprobe.boxes.layouts import LayoutName
 from lockprobe.boxes.sketch import interlock_lines, panel_lines
@@ -135,10 +135,9 @@ def generate(
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped."""
     from lockprobe.boxes.boxfile import toml_of
 
-    recipe = Recipe(family=family, layout=layout, dealt=deal, shortest=shortest, seed=seed)
     made = 0
     for tried in range(seed, seed + _TRIES * count):
-        found = make(replace(recipe, seed=tried))
+        found = make(family, tried, layout=layout, dealt=deal, shortest=shortest)
         if isinstance(found, str):  # why it is none
             continue
         said, facts = found.name, difficulty(found)
