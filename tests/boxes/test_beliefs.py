@@ -12,7 +12,6 @@ from lockprobe.boxes.beliefs import (
     MOST_INTERLOCKS,
     NEVER,
     PRIORS,
-    ReportedAttempt,
     begin,
     interlocks,
     noise_model,
@@ -58,7 +57,7 @@ def told(needs, kind, joints, flips, states_only):
         )
         where = None if kind == "outcome-only" else sum(p << i for i, p in enumerate(percept.positions))
         said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
-        reports.append(ReportedAttempt(joint, said, where, states_only))
+        reports.append((joint, said, where, states_only))
         truth.append(moved)
     return tuple(reports), tuple(truth)
 
@@ -106,7 +105,7 @@ SMALL = interlocks("single-parent", 3)
 def after(known, noise, reports):
     belief = begin(known, noise)
     for report in reports:
-        belief = update(belief, report)
+        belief = update(belief, *report)
     return belief
 
 
@@ -136,13 +135,9 @@ def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only,
 def test_a_naive_observer_begins_again_from_the_last_report():
     """Told that joint 1 moved, then that it is where it was: only the second report is kept."""
     known = interlocks("chains", 4)
-    belief = after(
-        known,
-        noise_model("naive"),
-        [ReportedAttempt(1, moved=True, positions=2), ReportedAttempt(2, moved=False, positions=0)],
-    )
+    belief = after(known, noise_model("naive"), [(1, True, 2, False), (2, False, 0, False)])
     assert belief.restarts == 1
-    assert belief.alive == after(known, noise_model("naive"), [ReportedAttempt(2, moved=False, positions=0)]).alive
+    assert belief.alive == after(known, noise_model("naive"), [(2, False, 0, False)]).alive
 
 
 @pytest.mark.parametrize("name", ["1.5", "-0.1", "nan", "often", ""])

@@ -8,7 +8,7 @@ from clumsy import HAND
 
 from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
-from lockprobe.boxes.beliefs import ReportedAttempt, begin, interlocks, noise_model, update
+from lockprobe.boxes.beliefs import begin, interlocks, noise_model, update
 from lockprobe.boxes.families import box
 from lockprobe.boxes.planning import best_joints
 from lockprobe.statistics.rationality import optimal_actions, prior_for
@@ -53,8 +53,7 @@ def test_actions_are_judged_as_by_the_beliefs_of_an_observer_that_believes_every
             start = zip(trial.joints, step.told_state, trial.steps[0].state, strict=True)
             told = sum(1 << numbers[joint] for joint, at, was in start if at != was)
             if step is not trial.steps[-1] or not trial.solved:
-                report = ReportedAttempt(numbers[step.joint], step.told_moved, told, trial.states_only)
-                belief = update(belief, report)
+                belief = update(belief, numbers[step.joint], step.told_moved, told, trial.states_only)
         impossible += belief.restarts
     assert counts(trials) == (optimal, sum(len(trial.steps) for trial in trials))
     assert optimal_actions(trials)[1] == (impossible > 0)

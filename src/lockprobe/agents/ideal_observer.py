@@ -14,7 +14,6 @@ from lockprobe.boxes.beliefs import (
     PRIORS,
     Belief,
     KnownReading,
-    ReportedAttempt,
     begin,
     interlocks,
     noise_model,
@@ -60,7 +59,7 @@ class IdealObserver(Policy[Belief]):
         numbers = _numbers(view)
         shifted = told.shifted
         positions = None if shifted is None else sum((shifted >> j & 1) << number for j, number in enumerate(numbers))
-        return update(memory, ReportedAttempt(numbers[told.joint], told.moved, positions, told.states_only))
+        return update(memory, numbers[told.joint], told.moved, positions, told.states_only)
 
     def probabilities(self, view: View, memory: Belief) -> tuple[float, ...]:
         """Equal for all joints that take the fewest expected steps."""

@@ -206,20 +206,6 @@ def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
     return Noise(p=p, kinds=("memoryless",) if p == 0.0 else kinds)
 
 
-@dataclass(frozen=True, slots=True)
-class ReportedAttempt:
-    """One report on an attempt, with joints as numbers, and whether it moved by the report or by its positions.
-
-    ``positions`` are the configuration as told afterwards, None where positions are not told; with ``states_only`` they
-    are told and no outcomes.
-    """
-
-    joint: int
-    moved: bool
-    positions: int | None = None
-    states_only: bool = False
-
-
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Belief:
     """An observer's belief at one moment. Beliefs with the same consequences are equal, whatever their history.
@@ -289,45 +275,50 @@ def begin(
     )
 
 
-def update(belief: Belief, report: ReportedAttempt) -> Belief:
-    """The posterior after a report, given that the trial goes on."""
-    if (found := _conditioned(belief, report)) is not None:
+def update(belief: Belief, joint: int, moved: bool, positions: int | None, states_only: bool) -> Belief:
+    """The posterior after a report on an attempt, given that the trial goes on.
+
+    ``moved`` is what the report or its positions say. ``positions`` are the configuration as told afterwards, None
+    where positions are not told; with ``states_only`` they are told and no outcomes.
+    """
+    report = joint, moved, positions, states_only
+    if (found := _conditioned(belief, *report)) is not None:
         return found
-    before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
+    before = belief.likeliest if positions is None else positions ^ (moved << joint)
     again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
-    if (found := _conditioned(again, report)) is not None:
+    if (found := _conditioned(again, *report)) is not None:
         return found
-    now = before & ~1 ^ (report.moved << report.joint) & ~1  # the target stays in place
-    fresh = begin(again.interlocks, again.noise, now, report.positions, again.restarts)
-    fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
+    now = before & ~1 ^ (moved << joint) & ~1  # the target stays in place
+    fresh = begin(again.interlocks, again.noise, now, positions, again.restarts)
+    fresh = replace(fresh, moved=float(moved and joint > 0))
     blocked = ~fresh.interlocks.may_move(fresh.configuration)[:, 0]
     weights = fresh.weights * blocked
     total = float(weights.sum())
-    if report.joint or not total:
+    if joint or not total:
         return fresh
     return replace(fresh, possible=fresh.possible & blocked, weights=weights / total)
 
 
-def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
+def _conditioned(belief: Belief, joint: int, moved: bool, positions: int | None, states_only: bool) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
-    noise, told, bit = belief.noise, belief.told + 1, 1 << report.joint
-    moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
-    said: NDArray[np.bool_] | bool = report.moved  # under each interlock if only positions are told
+    noise, told, bit = belief.noise, belief.told + 1, 1 << joint
+    moves = belief.interlocks.may_move(belief.configuration)[:, joint]
+    said: NDArray[np.bool_] | bool = moved  # under each interlock if only positions are told
     possible = belief.possible
-    if report.positions is not None:
+    if positions is not None:
         compared = belief.configuration  # with which the report says that the attempted joint moved or not
         if noise.kinds[0] in _OF_OUTCOMES and belief.positions is not None:
             compared = np.full_like(compared, belief.positions)
-        if report.states_only:
-            said = (compared ^ report.positions) & bit != 0
+        if states_only:
+            said = (compared ^ positions) & bit != 0
         seen = ~1 if noise.naive else ~0  # a naive one takes the target to be at rest, whatever is told of it
-        before = report.positions ^ (said * bit)
+        before = positions ^ (said * bit)
         attempted = (compared ^ before) & (bit & seen)
         true = (belief.configuration ^ before) & (~bit & seen)
-        repeated = 0 if belief.positions is None else (report.positions ^ belief.positions) & ~bit
+        repeated = 0 if belief.positions is None else (positions ^ belief.positions) & ~bit
         wrong = [attempted | (true if kind in _TRUE_ELSEWHERE else repeated) for kind in noise.kinds]
         possible = possible & (np.array(wrong) == 0)
-    if report.joint == 0:
+    if joint == 0:
         possible = possible & ~moves
     false = belief.false + (moves != said)
     logs = np.where(possible.any(axis=0), _log_likelihood(noise.p, told)[false], -inf)
@@ -338,11 +329,11 @@ def _conditioned(belief: Belief, report: ReportedAttempt) -> Belief | None:
     return replace(
         belief,
         possible=possible & (weights > 0.0),
-        configuration=belief.configuration ^ (moves << report.joint),
+        configuration=belief.configuration ^ (moves << joint),
         false=false,
         weights=weights,
         told=told,
-        positions=report.positions,
+        positions=positions,
         moved=float(weights @ moves),
     )
 
