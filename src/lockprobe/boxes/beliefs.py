@@ -51,7 +51,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice
 
 MOST_INTERLOCKS = 20_000
@@ -114,13 +114,11 @@ PRIORS = ("chains", "single-parent", "any-literal")
 
 @cache
 def interlocks(prior: str, joints: int) -> Interlocks:
-    """All interlocks of a prior over 2 or more joints that can be solved from the start.
+    """All interlocks of one of :data:`PRIORS` over 2 or more joints that can be solved from the start.
 
     >>> len(interlocks("single-parent", 4))
     142
     """
-    if prior not in PRIORS:
-        raise UnknownName("prior", prior, PRIORS)
     positions = (1,) if prior == "single-parent" else (0, 1)
     count = factorial(joints - 1) if prior == "chains" else (1 + len(positions) * (joints - 1)) ** joints
     if count > MOST_INTERLOCKS:
