@@ -161,9 +161,7 @@ _KINDS: Mapping[KnownReading, tuple[KnownReading, ...]] = {
     "outcomes": ("re-observed", "integrated"),
     "positions": ("memoryless", "latched"),
 }
-
-_OF_OUTCOMES = ("re-observed", "integrated")
-"""The readings that invert outcomes, against what was told before."""
+"""The readings that invert the same: outcomes, against what was told before, or positions."""
 
 _TRUE_ELSEWHERE = ("memoryless", "re-observed")
 """The readings under which the positions of all joints but the attempted one are told truly."""
@@ -305,7 +303,7 @@ def _conditioned(belief: Belief, joint: int, moved: bool, positions: int | None,
     possible = belief.possible
     if positions is not None:
         compared = belief.configuration  # with which the report says that the attempted joint moved or not
-        if noise.kinds[0] in _OF_OUTCOMES and belief.positions is not None:
+        if noise.kinds[0] in _KINDS["outcomes"] and belief.positions is not None:
             compared = np.full_like(compared, belief.positions)
         if states_only:
             said = (compared ^ positions) & bit != 0
