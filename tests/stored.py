@@ -8,8 +8,6 @@ from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from lockprobe.foundation.errors import LockprobeError
-from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.records.store import INSERT, SCHEMA, STORE, checksum, read, row_of, write_acts
@@ -54,21 +52,10 @@ def rewrite(
     with written(directory) as store, store.transaction() as writing:
         writing.execute("delete from trial")
         for one, identity in zip(objects, identities, strict=True):
-            row = _row(json.dumps(one, ensure_ascii=False, separators=(",", ":")).encode(), identity, seconds)
+            record = json.dumps(one, ensure_ascii=False, separators=(",", ":")).encode()
+            row = row_of(TrialReader().read(record), seconds, identity, zlib.compress(record))
             writing.execute("update trial set current = 0 where key = ?", row[:1])
             writing.execute(INSERT, row)
-
-
-def _row(record: bytes, identity: str, seconds: float) -> tuple[object, ...]:
-    """A record as it is stored; one that is none has the columns that it would have."""
-    try:
-        return row_of(TrialReader().read(record), seconds, identity, zlib.compress(record))
-    except LockprobeError:
-        raw = json.loads(record)
-        agent = raw["agent"]
-        player = agent if group_of(agent) == PEOPLE else ""
-        place = raw["condition"], raw["repetition"], raw["trial"], None, raw["ending"], "", False, len(raw["steps"])
-        return (raw["key"], group_of(agent), player, *place, seconds, identity, zlib.compress(record))
 
 
 def store_lines(directory: Path) -> None:
