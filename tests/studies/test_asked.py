@@ -78,6 +78,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"sweep": "drop?p=0,1e-300"}, "a dose of drop?p=1e-300: got {'drop.p': 1e-300}, expected 0, or a"),
         ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of the contrast a is called 'lie'"),
         ("flips", {"flip": "afresh"}, "flip: got 'afresh', expected 'transient', 'sticky', 'outcome-only'"),
+        ("modalities", {"flip": "sticky"}, "flip: got ['sticky'], expected a flip rate with it (--p)"),
         ("why", {"flip": "sticky,integrated"}, "flip: got ['sticky', 'integrated'], expected one, which all"),
         ("why", {"as_paper": True}, "as_paper: got True, expected none with why, but with flips, modalities"),
         ("why", {"full": True}, "full: got True, expected none with why, but with flips, modalities"),

@@ -230,7 +230,9 @@ def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) 
             raise BadValue(what, values, "at least one, and every one once")
     if asked.flip == ["outcome-only"]:
         modalities = [*map(blind, modalities)]
-    own = preset(asked.study).condition or []
+    own, lies = preset(asked.study).condition or [], asked.flip not in (None, ["outcome-only"])
+    if lies and asked.p is None and not (own or any(p)):
+        raise BadValue("flip", asked.flip, "a flip rate with it (--p)")
     if not own and request.condition is None and request.sweep is None:
         others = [one for kind in kinds[1:] for one in flips([rate for rate in p if rate], kind, modalities)]
         return (*flips(p, kinds[0], modalities), *others)
@@ -245,7 +247,7 @@ def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) 
     like, plain = flip_of(kinds[0]), OutcomeFlip()
     changed = [name for name in ("inverts", "others") if getattr(like, name) != getattr(plain, name)]
     reading = "".join(f"&{name}={getattr(like, name)}" for name in changed)
-    rates = not own and (asked.p is not None or asked.flip not in (None, ["outcome-only"]))
+    rates = not own and (asked.p is not None or lies)
     everywhere = [
         *(one for kind in kinds if rates for one in flips(p, flip_of(kind))),
         *(read_condition(one.spec.format(p=f"{p[0]:g}", reading=reading), one.name, plant.spec) for one in own),
