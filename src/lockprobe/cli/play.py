@@ -55,10 +55,8 @@ def play(asked: Mapping[str, Any]) -> None:
     Without --p, all reports are true. Without --seed, it is drawn. A letter is an answer; --assessment also asks what
     your last action did, as it asks agents. Nothing is saved.
     """
-    rates, seed = asked.get("p", [0.0]), asked.get("seed", secrets.randbelow(_SEEDS))
-    if len(rates) != 1:
-        raise BadValue("p", ",".join(f"{rate:g}" for rate in rates), "one number from 0 to 1")
-    options = {"assessment": False, **asked, "seed": seed, "p": rates[0]}
+    seed = asked.get("seed", secrets.randbelow(_SEEDS))
+    options = {"assessment": False, **asked, "seed": seed}
     study = trial_study(f"{PEOPLE}:local", **options)
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     say(f"Lockbox (--seed {seed} plays this trial again)")
