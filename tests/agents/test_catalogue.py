@@ -91,7 +91,7 @@ def test_your_own_class(tmp_path, monkeypatch):
     for name, said in {
         "Plain": "agent: got 'python:own_agent:Plain', expected a class with `facts` and `async def decide",
         "NoAgent": "agent: got 'python:own_agent:NoAgent', expected a class with `facts` and `async def decide",
-        "Nobody": "agent: got 'python:own_agent:Nobody', expected python:module:Name",
+        "Nobody": "agent 'python:own_agent:Nobody' does not work .AttributeError: module 'own_agent' has no",
     }.items():
         with pytest.raises(UserMistake, match=f"^{said}"):
             resolve(f"python:own_agent:{name}").check()

@@ -54,7 +54,7 @@ def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monk
         ("lie", "no intervention is called 'lie'"),
         ("flip?p", "'flip?p', expected options as name"),
         ("flip?p=0.1 +", "no intervention is called ''"),
-        ("python:nowhere:Nothing", "expected python:module:Name of an importable class"),
+        ("python:nowhere:Nothing", "does not work (ModuleNotFoundError: No module named 'nowhere')"),
         ("python:json:JSONDecoder", "a frozen dataclass"),
         (f"python:{__name__}:Both", "exactly one of perceive, brief, recall, act"),
         (f"python:{__name__}:pytest.Item", "a frozen dataclass"),

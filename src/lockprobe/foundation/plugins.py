@@ -33,7 +33,6 @@ from lockprobe.foundation.errors import (
     LockprobeError,
     Missing,
     UserMistake,
-    kind_and_words,
 )
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec, arguments_from, spec_kind, spec_name, split_specs
@@ -132,16 +131,8 @@ class Plugin:
                 raise BadValue(self.kind, self.spec or self.name, expected)
             if (here := str(Path.cwd())) not in sys.path:
                 sys.path.append(here)  # last: what lies beside the module hides nothing
-        try:
-            with self.guarded():
-                return attrgetter(path)(importlib.import_module(module))
-        except BrokenPlugin as broken:
-            if self.package:
-                raise
-            expected = (
-                f"python:module:Name of an importable class or function ({kind_and_words(broken.__cause__ or broken)})"
-            )
-            raise BadValue(self.kind, self.name, expected) from broken
+        with self.guarded():
+            return attrgetter(path)(importlib.import_module(module))
 
     def make(self, *, is_one: Callable[[Any], bool], expected: str) -> Any:
         """Call it with its options, read by the annotation or the default of each argument.
