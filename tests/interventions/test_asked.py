@@ -5,20 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from lockprobe.agents.prompt import (
-    FIELDS,
-    conversation,
-    example,
-)
+from lockprobe.agents.prompt import FIELDS, conversation, example
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.interventions.asked_and_done import (
     ASIDES,
     LARGEST_TEMPLATE,
-    NUDGE,
-    REMARK,
     History,
     Nudge,
     OwnPrompt,
+    Remark,
     Warn,
 )
 from lockprobe.interventions.conditions import interventions_of
@@ -97,17 +92,17 @@ def test_the_spec_of_a_template_names_its_content_and_refuses_another(tmp_path):
 def test_a_nudge_is_due_when_a_copy_is_complete(chosen, copies, due):
     nothing = Percept()
     past = (Moment(was=nothing, told=nothing), *(Moment(was=nothing, told=nothing, chosen=c) for c in chosen))
-    assert (Nudge(after=copies).brief(Briefing(), past, None, None).remark == NUDGE) is due
+    assert (Nudge(after=copies).brief(Briefing(), past, None, None).remark == Nudge.says) is due
 
 
 def test_nudge_and_remark_are_as_long_said_at_the_same_steps_and_change_no_blind_agent():
     plain, nudged, remarked = map(played, ("", "nudge?after=2", "remark?after=2"))
     spoken = [[step.step for step in trial.steps if step.remark] for trial in (nudged, remarked)]
     assert spoken[0] == spoken[1] != []
-    assert {step.remark for step in nudged.steps} == {"", NUDGE}
-    assert {step.remark for step in remarked.steps} == {"", REMARK}
+    assert {step.remark for step in nudged.steps} == {"", Nudge.says}
+    assert {step.remark for step in remarked.steps} == {"", Remark.says}
     assert plain.actions == nudged.actions == remarked.actions
-    assert abs(len(NUDGE) - len(REMARK)) <= 4
+    assert abs(len(Nudge.says) - len(Remark.says)) <= 4
 
 
 HITS = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_
 from collections.abc import Iterator
 from dataclasses import asdict
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -135,11 +136,11 @@ def generate(
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped."""
     from lockprobe.boxes.boxfile import toml_of
 
+    seeds = range(seed, seed + _TRIES * count)
+    tried = (make(family, one, layout=layout, dealt=deal, shortest=shortest) for one in seeds)
     made = 0
-    for tried in range(seed, seed + _TRIES * count):
-        found = make(family, tried, layout=layout, dealt=deal, shortest=shortest)
-        if isinstance(found, str):  # why it is none
-            continue
+    for found in islice((one for one in tried if isinstance(one, Lockbox)), count):
+        made += 1
         said, facts = found.name, difficulty(found)
         if out:
             path, text = out / f"{found.name}.toml", toml_of(found)
@@ -153,9 +154,6 @@ def generate(
             f"{said}  optimum {facts.optimum}, random {facts.random_success:.3f}, "
             f"no-repeat {facts.random_no_repeat_success:.3f}"
         )
-        made += 1
-        if made == count:
-            break
     if made < count:
         raise BadValue("count", count, f"at most {made}: all other seeds of {_TRIES * count} were refused")
 

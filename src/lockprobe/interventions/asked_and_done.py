@@ -21,11 +21,6 @@ from lockprobe.trial.record import Ask, Briefing, Moment, Task, Turn
 if TYPE_CHECKING:
     import numpy as np
 
-NUDGE = "Note: you are repeating the same series of actions; consider trying another one."
-
-REMARK = "Note: this panel is made of wood, and its surface is painted in a light grey."
-"""A sentence about as long as the nudge (77 characters to its 80), without information."""
-
 ASIDES = (
     "Note: the room in which the panel stands has a window.",
     "Note: the table under the panel is as wide as the panel.",
@@ -71,7 +66,7 @@ class Nudge:
     """
 
     name: ClassVar[str] = "nudge"
-    says: ClassVar[str] = NUDGE
+    says: ClassVar[str] = "Note: you are repeating the same series of actions; consider trying another one."
     after: int = 2
 
     def __post_init__(self) -> None:
@@ -94,7 +89,7 @@ class Remark(Nudge):
     """The control of ``nudge``: at the same moments, a sentence of about that length without information."""
 
     name: ClassVar[str] = "remark"
-    says: ClassVar[str] = REMARK
+    says: ClassVar[str] = "Note: this panel is made of wood, and its surface is painted in a light grey."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
