@@ -148,9 +148,7 @@ def claiming(usage):
 def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, honest, capsys):
     honest[1](claiming({"prompt_tokens": 10**9, "completion_tokens": 20, "total_tokens": 10**9 + 20}))
     one = {"trials": 1, "connections": 1, "budget": 1.0}
-    with pytest.raises(
-        UserMistake, match=r"its provider claims 1,000,000,000 tokens in and 20 out for a call of at most"
-    ):
+    with pytest.raises(UserMistake, match="its provider claims 1,000,000,000 tokens in and 20 out for a call of at"):
         play(tmp_path / "s", **one)
     (call,) = read_calls(tmp_path / "s")
     assert (call.claimed.input_tokens, call.usage.input_tokens < 10_000) == (10**9, True)

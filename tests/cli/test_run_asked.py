@@ -58,10 +58,7 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
         ("--condition =nudge", "condition: got '=nudge', expected NAME=SPEC"),
         ("--condition flip", "got 'flip', expected one that does something; without p= it is the truth"),
         ("--condition x=nudge --condition y=nudge", "another condition than x, which is the same"),
-        (
-            "--p 0,0.4 --condition x=flip?p=0.4",
-            "got 'x', expected another condition than flip?p=0.4, which is the same",
-        ),
+        ("--p 0,0.4 --condition x=flip?p=0.4", "expected another condition than flip?p=0.4, which is the same"),
     ],
 )
 def test_mistakes_are_one_line(lockprobe, tmp_path, arguments, refused):

@@ -127,10 +127,7 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
         (("flips", "--people", "9" * 5000), "participants: "),
         (("flips", "--people", "a.toml", "--people", "b.toml"), "one file, one number, or one of each"),
         (("flips", "--join-code", "a b"), "join_code"),
-        (
-            ("flips", "--condition", "flip?p=0.4 + history?last=3"),
-            "condition: got 'history?last=3', expected what is told",
-        ),
+        (("flips", "--condition", "flip?p=0.4 + history?last=3"), "got 'history?last=3', expected what is told"),
         (("flips", "--condition", "hypothesis"), "the page asks for a joint and what the last action did"),
         (("flips", "--condition", "nudge", "--texts", "de"), "texts: got 'de', expected English ones with nudge"),
         (("flips", "--host", "0.0.0.0"), "give --public-url"),

@@ -84,7 +84,6 @@ def test_pictures_are_degraded_by_every_dose(depth):
 
 @pytest.mark.parametrize(("depth", "modality"), [("none", "rgb"), ("turbo", "rgbd")])
 def test_without_a_camera_it_says_which_plants_have_one(depth, modality):
-    with pytest.raises(
-        BadValue, match=f"modality: got '{modality}', expected symbolic, or a plant with a camera: fast-twin or twin"
-    ):
+    said = f"modality: got '{modality}', expected symbolic, or a plant with a camera: fast-twin or twin"
+    with pytest.raises(BadValue, match=said):
         told(Percept(positions=(True, False)), CameraChannel(depth=depth))
