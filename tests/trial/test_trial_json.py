@@ -1,7 +1,7 @@
 """Records on disk: round trip, refusal, and reading many as each alone, with equal parts as one object."""
 
 import math
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import pytest
 from builders import make_trial
@@ -107,5 +107,7 @@ def test_equal_steps_and_equal_settings_are_one_object():
     )
     assert first != second
     assert all(one is other for one, other in zip(first.steps, second.steps, strict=True))
+    with pytest.raises(FrozenInstanceError):  # or a change of one trial would be one of others
+        first.steps[0].moved = True
     assert first.facts is second.facts
     assert first.doses is second.doses

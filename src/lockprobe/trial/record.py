@@ -248,7 +248,7 @@ def told_outcome(task: Task, percept: Percept, past: Sequence[Turn]) -> Outcome 
     return "moved" if percept.positions[joint] != last[joint] else "blocked"
 
 
-@dataclass(slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
     """One step, truth and report.
 
