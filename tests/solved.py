@@ -15,15 +15,7 @@ def study(solved, p=None):
     solved = np.asarray(solved, dtype=bool)
     i, r, t = np.indices(solved.shape).reshape(3, -1)
     p = np.arange(len(solved)) / max(10, len(solved)) if p is None else np.asarray(p)
-    return Outcomes(
-        dose=p[i],
-        repetition=r + 1,
-        trial=t + 1,
-        length=np.full(i.size, 20),
-        solved=solved.reshape(-1),
-        onset=np.zeros(i.size, dtype=np.int64),
-        budget=20,
-    )
+    return replace(columns(p[i], t + 1, solved=solved.reshape(-1)), repetition=r + 1)
 
 
 def columns(dose, trial, *, length=20, solved=None, onset=0, player=(), budget=20):

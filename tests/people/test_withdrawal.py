@@ -137,7 +137,7 @@ def withdraws_and_is_killed(directory, identity, after):
     return os.WIFSIGNALED(os.waitpid(child, 0)[1])
 
 
-MOMENTS = 8
+MOMENTS = 6
 """At how many moments of a withdrawal, one after the other, it is killed."""
 
 
