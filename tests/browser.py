@@ -5,8 +5,8 @@ import atexit
 import re
 import shutil
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from functools import cache
+from types import SimpleNamespace
 
 import pytest
 from axe_playwright_python.async_playwright import Axe
@@ -48,9 +48,10 @@ LOOK = """turn => {
   const head = main?.querySelector("h1");
   if (shown <= turn || !head) return null;
   const text = (part) => main.querySelector(part)?.innerText.trim() ?? "";
+  const number = (words) => Number(words.match(/\\d+/)?.[0] ?? 0);
   return {
-    turn: shown, scene: main.dataset.scene, heading: head.innerText, where: text(".where"), report: text(".report"),
-    remark: text(".remark"), warning: text(".warning"),
+    turn: shown, scene: main.dataset.scene, heading: head.innerText, box: number(head.innerText),
+    step: number(text(".where")), report: text(".report"), remark: text(".remark"), warning: text(".warning"),
     joints: [...main.querySelectorAll("button[data-joint]")].map((one) => [one.dataset.joint, one.ariaLabel]),
     history: [...main.querySelectorAll(".history li")].map((line) => line.textContent).reverse(),
     spoken: document.getElementById("spoken").textContent,
@@ -59,36 +60,10 @@ LOOK = """turn => {
     options: [...main.querySelectorAll("[data-option]")].map((option) => option.innerText.trim()),
   };
 }"""
-"""What the page shows, as soon as that is a later scene."""
+"""What the page shows, as soon as that is a later scene: words as they are read, and of joints what is read aloud.
 
-
-@dataclass(frozen=True)
-class Look:
-    """What a page shows: words as they are read, and of joints what is read aloud."""
-
-    turn: int
-    scene: str
-    heading: str
-    where: str
-    report: str
-    remark: str
-    warning: str
-    joints: list[list[str]]
-    history: list[str]
-    spoken: str
-    asks: bool
-    written: bool
-    options: list[str]
-
-    @property
-    def box(self):
-        """Which box, from 1; 0 is the practice box."""
-        return int((re.search(r"\d+", self.heading) or "0")[0])
-
-    @property
-    def step(self):
-        """Which step."""
-        return int(re.search(r"\d+", self.where)[0])
+The practice box is 0.
+"""
 
 
 class Tab:
@@ -114,7 +89,7 @@ class Tab:
     async def look(self, after=-1):
         """The first scene that is shown after a turn."""
         seen = await self.page.wait_for_function(LOOK, arg=after, timeout=PATIENCE, polling=40)
-        return Look(**await seen.json_value())
+        return SimpleNamespace(**await seen.json_value())
 
     async def press(self, part):
         """Choose a part of the page, with the mouse or a finger."""

@@ -17,7 +17,6 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
-from lockprobe.trial.condition import Condition
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError, TrialName
@@ -205,14 +204,11 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
     async def play_all() -> list[Trial]:
         agent, found = resolve(strategy).make(), []
         for identity, position, p, luck in slots:
-            plan = study.plan(f"participant:{identity}", _at(study, p), *luck)
+            (under,) = (one for one in study.conditions if one.p == p)
+            plan = study.plan(f"participant:{identity}", under, *luck)
             trial, _ = await play_timed(plan, agent)
             seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
             found.append(replace(trial, facts=seen | facts))
         return found
 
     return asyncio.run(play_all())
-
-
-def _at(study: Study, p: float) -> Condition:
-    return next(one for one in study.conditions if one.p == p)

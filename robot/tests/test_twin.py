@@ -19,7 +19,7 @@ from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.testing import check_plant
+from lockprobe.testing import ScriptedAgent, check_plant
 from lockprobe.trial.protocols import Plant
 
 CHAIN = box("chain-4")
@@ -125,7 +125,7 @@ def fast_twin(**settings):
 
 
 def test_the_fast_twin_obeys_the_rules_and_who_does_not_look_has_the_same_luck():
-    check_plant("fast-twin?width=64&height=64", boxes=["random-5-2"], attempts=30)
+    check_plant("fast-twin?width=64&height=64", boxes=["random-5-2"], attempts=12)
     looked, blind = (fast_twin(width=64, height=64, depth_noise=0.002, view_jitter=5.0) for _ in range(2))
     looked.observe().look()
     for joint in (3, 2, 1):
@@ -192,10 +192,9 @@ def test_ones_own_hand_moves_a_free_joint_feels_a_locked_one_and_is_named_by_its
 
 def test_a_hand_that_misses_believes_that_it_moved_whether_the_plant_or_a_condition_errs():
     """Truth and belief part; the same luck, and the same step."""
-    short = {"agent": "human-inspired", "max_steps": 1, "seed": 3}
+    short = {"agent": ScriptedAgent(joints=(FREE,)), "shuffle": "never", "max_steps": 1, "seed": 3}
     plain = run_trial(plant="twin?pose_error=0.03", **short)
     missing = run_trial(plant="twin", condition="plant?pose_error=0.03", **short)
     assert missing.steps == plain.steps
     assert (missing.plant, missing.doses) == (plain.plant, {"plant.pose_error": 0.03})
-    snapshot = twin(pose_error=0.03).attempt(FREE)
-    assert (snapshot.outcome, snapshot.configuration, snapshot.sensed["verdict"]) == ("blocked", CHAIN.initial, "moved")
+    assert (plain.steps[0].moved, plain.steps[0].sensed["verdict"]) == (False, "moved")

@@ -261,4 +261,4 @@ def test_the_keyboard_alone_is_enough(tmp_path):
         assert read_diaries(tmp_path) == []
 
     study = people_study(p=(0.4,), trials=1, seed=11, max_steps=2)
-    at_the_page(tmp_path, study, without_a_mouse, practice="chain-3", **WHOLE)
+    at_the_page(tmp_path, study, without_a_mouse, **WHOLE)
