@@ -36,7 +36,6 @@ def make_trial(
     false_at: Iterable[int] = (),
     claims: Sequence[Outcome | None] = (),
     hypothesis: str = "",
-    probabilities: tuple[float, ...] | None = None,
     broken: Boundary | None = None,
     facts: dict[str, str] | None = None,
     modality: str | None = None,
@@ -66,7 +65,6 @@ def make_trial(
             joint="ABCD"[joint],
             claimed=claims[i] if i < len(claims) else None,
             hypothesis=hypothesis,
-            probabilities=probabilities,
         )
         steps.append(
             Step(
@@ -187,7 +185,7 @@ def _played(study: Study) -> list[tuple[Trial, float]]:
     return asyncio.run(play_all())
 
 
-def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-inspired", **facts: Fact) -> list[Trial]:
+def played_by_people(study: Study, boxes_each: int = 4, **facts: Fact) -> list[Trial]:
     """All trials of people in a study, played by a strategy in their place.
 
     Everybody has so many boxes, at most one at each p, and meets no luck twice. With facts as the page writes them.
@@ -202,7 +200,7 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
             slots.append((identity, position, p, lucks[(row + at) % len(lucks)]))
 
     async def play_all() -> list[Trial]:
-        agent, found = resolve(strategy).make(), []
+        agent, found = resolve("human-inspired").make(), []
         for identity, position, p, luck in slots:
             (under,) = (one for one in study.conditions if one.p == p)
             plan = study.plan(f"participant:{identity}", under, *luck)

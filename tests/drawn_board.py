@@ -8,15 +8,14 @@ from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240
 HANDLES = tuple(((40.0 + 60 * i, 90.0 + 20 * (i % 2)), (40.0 + 60 * i, 140.0 + 20 * (i % 2))) for i in range(5))
-RED = (0.86, 0.13, 0.10)
 
 
-def board(positions, seed=1, *, colour=RED, wood=(0.80, 0.63, 0.43), light=0.3, noise=0.02):
-    """The picture in colours, shape (240, 320, 3), 0 to 255; ``light`` is how unevenly the board is lit."""
+def board(positions, seed=1):
+    """The picture in colours, shape (240, 320, 3), 0 to 255."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     grain = 1 + 0.08 * np.sin(y / 3 + rng.random() * 6)
-    image = grain[..., None] * np.array(wood)
+    image = grain[..., None] * np.array((0.80, 0.63, 0.43))
     for place, position in zip(HANDLES, positions, strict=True):
         (left, top), (_, bottom) = place
         image[(abs(x - left) < 5) & (y > top) & (y < bottom)] = 0.1
@@ -25,35 +24,28 @@ def board(positions, seed=1, *, colour=RED, wood=(0.80, 0.63, 0.43), light=0.3, 
             image[(x - column) ** 2 + (y - row) ** 2 < 11**2] = shade
         column, row = place[position]
         image[(x - column - 8) ** 2 + (y - row - 6) ** 2 < 11**2] *= 0.45
-        image[(x - column) ** 2 + (y - row) ** 2 < 11**2] = colour
+        image[(x - column) ** 2 + (y - row) ** 2 < 11**2] = (0.86, 0.13, 0.10)
     angle = rng.random() * 6.28
-    lit = 1 + light * ((x / WIDTH - 0.5) * np.cos(angle) + (y / HEIGHT - 0.5) * np.sin(angle))
-    image = image * lit[..., None] + noise * rng.standard_normal(image.shape)
+    lit = 1 + 0.3 * ((x / WIDTH - 0.5) * np.cos(angle) + (y / HEIGHT - 0.5) * np.sin(angle))
+    image = image * lit[..., None] + 0.02 * rng.standard_normal(image.shape)
     return (255 * np.clip(image, 0, 1)).astype(np.uint8)
 
 
-def depths(positions, seed=1, *, noise=0.0):
-    """Depth in metres, shape (240, 320): a tilted board, handles 5 cm above it, none outside of it."""
-    rng = np.random.default_rng(seed)
+def coloured(positions, seed=1):
+    """The picture as a file."""
+    return Picture(kind="rgb", png=to_png(board(positions, seed)))
+
+
+def in_depth(positions, seed=1):
+    """Depth of a tilted board in colours, red is near, black is no reading, as a file."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
     depth = 0.72 - 0.10 * y / HEIGHT
     for place, position in zip(HANDLES, positions, strict=True):
         column, row = place[position]
         depth[(x - column) ** 2 + (y - row) ** 2 < 11**2] -= 0.05
-    depth += noise * rng.standard_normal(depth.shape)
+    depth += 0.0005 * np.random.default_rng(seed).standard_normal(depth.shape)
     depth[:8] = depth[-8:] = 0
-    return depth.astype(np.float32)
-
-
-def coloured(positions, seed=1, **looks):
-    """The picture as a file."""
-    return Picture(kind="rgb", png=to_png(board(positions, seed, **looks)))
-
-
-def in_depth(positions, seed=1, *, noise=0.0):
-    """Depth in colours, red is near, black is no reading, as a file."""
-    depth = depths(positions, seed, noise=noise)
-    shown = encode(depth, "turbo", (0.5, 0.8), camera=None)
+    shown = encode(depth.astype(np.float32), "turbo", (0.5, 0.8), camera=None)
     return Picture(kind="depth", png=to_png(shown))
 
 

@@ -20,8 +20,10 @@ def own_box():
     return read_box(EXAMPLES / "own_box.toml")
 
 
-def one_joint(kind="prismatic"):
-    return Lockbox(name="one", joints=(Joint(name="bolt", kind=kind),), interlock={}, initial=(False,), target="bolt")
+def one_joint():
+    return Lockbox(
+        name="one", joints=(Joint(name="bolt", kind="prismatic"),), interlock={}, initial=(False,), target="bolt"
+    )
 
 
 def written(folder, text=None, **parts):

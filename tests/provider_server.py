@@ -385,11 +385,10 @@ def blind(request):
     return replying(request, joints(request)[luck % 2])
 
 
-def counted(request, times=1, answer=truthful):
-    """An answer with about as many tokens as a provider would count, or so many times as many."""
-    status, body = answer(request)
-    read = times * sum(len(words(message)) for message in request["messages"]) // 3
-    written = times * len(text_of(body)) // 3
+def counted(request):
+    """An answer with about as many tokens as a provider would count."""
+    status, body = truthful(request)
+    read, written = sum(len(words(message)) for message in request["messages"]) // 3, len(text_of(body)) // 3
     return status, body | {
         "usage": {"prompt_tokens": read, "completion_tokens": written, "total_tokens": read + written}
     }

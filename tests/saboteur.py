@@ -51,9 +51,9 @@ class Evidence:
         self.calls = [one for one in self.calls if keep(one["key"]) or not calls]
 
 
-def relabelled(record, *, steps=None):
-    """A failure relabelled as a trial whose agent gave no usable reply, in a step in which it gave one."""
-    cut = len(record["steps"]) - 1 if steps is None else steps
+def relabelled(record):
+    """A failure relabelled as a trial whose agent gave no usable reply, in its last step."""
+    cut = len(record["steps"]) - 1
     replies = record["steps"][cut]["decision"].get("replies", [])
     del record["steps"][cut:]
     record["changed"] = {spec: min(steps, cut) for spec, steps in record.get("changed", {}).items()}

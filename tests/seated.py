@@ -251,11 +251,11 @@ def as_played(trial, *, claims: bool = True):
     ]  # fmt: skip
 
 
-def sitting(directory: Path, study: Study, body, *, experiment: Experiment | None = None, clock=None):
+def sitting(directory: Path, study: Study, body, *, experiment: Experiment | None = None):
     """Somebody has agreed to take part; ``body`` is played with the reception and what they are shown."""
 
     async def played():
-        async with opened(directory, study, experiment or short(), clock=clock) as reception:
+        async with opened(directory, study, experiment or short()) as reception:
             shown = await reception.enter(None, {})
             shown = await reception.act(shown.token, 1, Agree(agreed=True), {})
             return await body(reception, shown)

@@ -18,7 +18,7 @@ def study(solved, p=None):
     return replace(columns(p[i], t + 1, solved=solved.reshape(-1)), repetition=r + 1)
 
 
-def columns(dose, trial, *, length=20, solved=None, onset=0, player=(), budget=20):
+def columns(dose, trial, *, length=20, solved=None, onset=0, budget=20):
     """Outcomes of one repetition; without more, a trial shorter than 20 steps is solved, and none loops."""
     n, length = len(dose), np.broadcast_to(np.asarray(length, dtype=np.int64), len(dose))
     return Outcomes(
@@ -28,7 +28,6 @@ def columns(dose, trial, *, length=20, solved=None, onset=0, player=(), budget=2
         length=length,
         solved=length < 20 if solved is None else np.asarray(solved, dtype=bool),
         onset=np.broadcast_to(np.asarray(onset, dtype=np.int64), n),
-        player=np.asarray(player, dtype=np.str_),
         budget=budget,
     )
 
@@ -39,20 +38,19 @@ def drawn(rng, success=0.5, shape=(7, 3, 10), shared=0.0):
     return luck < np.broadcast_to(success, shape[:1])[:, None, None]
 
 
-def unequal_luck(rng, p=7, trials=30):
+def unequal_luck(rng):
     """Half solved at every p, alike at all p but the lowest: p changes which trials are solved, and not how many."""
-    solved = rng.random((p, 1, trials)) < 0.5
+    solved = rng.random((7, 1, 30)) < 0.5
     solved[1:] = solved[1]
     return solved
 
 
-def people(rng, per_p, boxes, likeness, p=7, success=0.5):
+def people(rng, per_p, boxes, likeness, p=7):
     """Columns of people each of whom plays boxes at one p only, alike within a person by a share of the variance."""
-    from scipy.stats import norm
 
     able = np.repeat(rng.standard_normal((p, per_p)), boxes, axis=1)
     hidden = likeness**0.5 * able + (1 - likeness) ** 0.5 * rng.standard_normal((p, per_p * boxes))
-    columns = study((hidden < norm.ppf(np.broadcast_to(success, p))[:, None])[:, None])
+    columns = study((hidden < 0)[:, None])
     who = [f"{place}-{number // boxes}" for place in range(p) for number in range(per_p * boxes)]
     return replace(columns, player=np.array(who))
 

@@ -45,15 +45,13 @@ def records(directory: Path) -> list[dict[str, Any]]:
     return [json.loads(zlib.decompress(one)) for one in sql(directory, "select record from trial order by id")]
 
 
-def rewrite(
-    directory: Path, objects: Iterable[dict[str, Any]], identities: Sequence[str], seconds: float = 1.0
-) -> None:
+def rewrite(directory: Path, objects: Iterable[dict[str, Any]], identities: Sequence[str]) -> None:
     """Put records in place of all others, each in a row that says what it says; of a trial the last one counts."""
     with written(directory) as store, store.transaction() as writing:
         writing.execute("delete from trial")
         for one, identity in zip(objects, identities, strict=True):
             record = json.dumps(one, ensure_ascii=False, separators=(",", ":")).encode()
-            row = row_of(TrialReader().read(record), seconds, identity, zlib.compress(record))
+            row = row_of(TrialReader().read(record), 1.0, identity, zlib.compress(record))
             writing.execute("update trial set current = 0 where key = ?", row[:1])
             writing.execute(INSERT, row)
 

@@ -113,8 +113,8 @@ def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise
 FLAT = np.full((120, 160), 0.7, np.float32)
 
 
-def sensed(depth, noise, seed=1):
-    return add_depth_noise(depth.astype(np.float32), noise, np.random.default_rng(seed))
+def sensed(depth, noise):
+    return add_depth_noise(depth.astype(np.float32), noise, np.random.default_rng(1))
 
 
 def test_depth_is_rounded_its_noise_is_as_stated_and_the_same_luck_enlarged_and_its_holes_are_along_edges():

@@ -47,9 +47,9 @@ def camera_pose(rng):
     return PANEL.pose @ turned
 
 
-def views(count=12, seed=1, millimetres=0.0):
+def views(count, millimetres=0.0):
     """Views of a board, all poses known; the hand's positions have noise."""
-    rng, found = np.random.default_rng(seed), []
+    rng, found = np.random.default_rng(1), []
     for number in range(count):
         pose = camera_pose(rng)
         hand = pose @ np.linalg.inv(eye())

@@ -28,13 +28,13 @@ from lockprobe.people.withdrawal import keyed_digest
 from lockprobe.studies.records.store import STORE
 
 
-async def raw(url, request, wait=60):
+async def raw(url, request):
     """The bytes of an answer to the bytes of a request."""
     parts = urlsplit(url)
     reader, writer = await asyncio.open_connection(parts.hostname, parts.port)
     try:
         writer.write(request.replace(b"HOST", parts.netloc.encode()))
-        return await asyncio.wait_for(reader.read(), wait)
+        return await asyncio.wait_for(reader.read(), 60)
     finally:
         writer.close()
         await writer.wait_closed()
