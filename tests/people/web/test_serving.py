@@ -22,7 +22,7 @@ KILLS = 3
 
 VISITORS = 8
 
-STRATEGIES = ("human-inspired", "random", "ideal-observer", "random-no-repeat", "round-robin")
+STRATEGIES = ("human-inspired", "random", "random-no-repeat", "round-robin")
 SILENT = ("random", "random-no-repeat", "round-robin")
 """Those that say nothing of their last action, and are asked."""
 
