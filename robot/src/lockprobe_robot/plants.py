@@ -52,9 +52,9 @@ def twin(spec: Spec) -> PlantSource:
         return _of_a_user(spec)
     settings = with_options(TwinSettings, "twin", spec.options)
     if settings.hand and not settings.hand_digest:
-        from lockprobe_robot.user_model.mjcf_file import read_model
+        from lockprobe_robot.user_model.mjcf_file import MjcfModel
 
-        return twin(spec.adding({"hand_digest": read_model(Path(settings.hand)).digest}))
+        return twin(spec.adding({"hand_digest": MjcfModel(Path(settings.hand)).digest}))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.twin import Twin
@@ -101,9 +101,9 @@ def _of_a_user(spec: Spec) -> PlantSource:
     """The plant of a user's model. Its spec includes the digest of the files, to detect a changed model."""
     settings = with_options(UserModelSettings, "twin?model", spec.options)
     if not settings.digest:
-        from lockprobe_robot.user_model.mjcf_file import read_model
+        from lockprobe_robot.user_model.mjcf_file import MjcfModel
 
-        return _of_a_user(spec.adding({"digest": read_model(Path(settings.model)).digest}))
+        return _of_a_user(spec.adding({"digest": MjcfModel(Path(settings.model)).digest}))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe_robot.user_model.user_model import UserModel

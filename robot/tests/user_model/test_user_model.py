@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from builders import make_trial, write_study
 from lockprobe_robot.twin_settings import UserModelSettings
-from lockprobe_robot.user_model.mjcf_file import read_model
+from lockprobe_robot.user_model.mjcf_file import MjcfModel
 from lockprobe_robot.user_model.user_model import UserModel, check_model
 from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
 from PIL import Image
@@ -109,7 +109,7 @@ def test_what_is_hostile_broken_or_would_take_hours_is_one_line(tmp_path, given,
     for name, content in (files | {"torn.stl": bytes(90)}).items():
         (folder / name).write_bytes(content)
     with pytest.raises(BadFile) as caught:
-        read_model(written(folder, **(given if isinstance(given, dict) else {"text": given}))).compile()
+        MjcfModel(written(folder, **(given if isinstance(given, dict) else {"text": given}))).compile()
     assert why in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -125,14 +125,14 @@ def test_parts_and_meshes_are_read_from_the_folder_and_are_in_the_digest(tmp_pat
     )
     head = "<include file='more.xml'/><compiler meshdir='parts'/>"
     path = written(tmp_path, head=head, inside="<geom type='mesh' mesh='wedge'/>")
-    found = read_model(path)
+    found = MjcfModel(path)
     model = found.compile()
     assert (model.nmesh, model.mesh(0).name, model.ntex, model.tex_width[0]) == (1, "wedge", 1, 2)
     (tmp_path / "parts" / "wedge.obj").write_text(TETRAHEDRON + "\n")
-    assert read_model(path).digest != found.digest
+    assert MjcfModel(path).digest != found.digest
     (tmp_path / "red.png").write_bytes(b"\x89PNG\r\n\x1a\n")
     with pytest.raises(BadFile, match="no whole PNG"):
-        read_model(path)
+        MjcfModel(path)
 
 
 WRONG_JOINTS = {

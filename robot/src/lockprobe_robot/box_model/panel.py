@@ -109,6 +109,13 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
     """
     lean = math.radians(tilt)
     size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(lean), 3))
+    # in front of the robot, the case above the ground; a steeper panel stands higher, because the arm cannot bend its
+    # hand under a low, steep panel
+    sine, cosine = math.sin(lean), math.cos(lean)
+    lowest = 0.5 * size[1] * sine + depth * cosine
+    pose = np.eye(4)
+    pose[:3, :3] = np.array([(0, -1, 0), (cosine, 0, sine), (-sine, 0, cosine)]).T
+    pose[:3, 3] = (0.5, 0, max(_HEIGHT, lowest + 0.03, _HEIGHT + _RAISED * (lean - math.radians(20))))
     panel = PanelLayout(
         size=size,
         tilt=lean,
@@ -116,7 +123,7 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
         mounted_joints=mounted_joints,
         labels=np.array(labels),
         letter=letter,
-        pose=panel_pose(size, lean, depth),
+        pose=pose,
     )
     tops = panel.in_world(panel.handles.reshape(-1, 3))
     away = np.hypot(tops[:, 0], tops[:, 1])
@@ -293,18 +300,3 @@ def camera_angle(tilt: float) -> float:
     block its view.
     """
     return tilt - min(max(tilt - _CAMERA_LAG, 0.0), _CAMERA_LEAN)
-
-
-def panel_pose(size: tuple[float, float], tilt: float, depth: float) -> NDArray[np.float64]:
-    """Pose of a panel in the world: in front of the robot, its case above the ground. Shape (4, 4), metres.
-
-    A steeper panel stands higher, because the arm cannot bend its hand under a low, steep panel.
-    """
-    sine, cosine = math.sin(tilt), math.cos(tilt)
-    pose = np.eye(4)
-    pose[:3, 0] = (0, -1, 0)
-    pose[:3, 1] = (cosine, 0, sine)
-    pose[:3, 2] = (-sine, 0, cosine)
-    lowest = 0.5 * size[1] * sine + depth * cosine
-    pose[:3, 3] = (0.5, 0, max(_HEIGHT, lowest + 0.03, _HEIGHT + _RAISED * (tilt - math.radians(20))))
-    return pose

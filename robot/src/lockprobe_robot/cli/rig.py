@@ -47,6 +47,12 @@ def check(
     from lockprobe_robot.hardware.check import check_rig
     from lockprobe_robot.hardware.rig import Rig
 
+    def tell(made: FreeMotion) -> None:
+        way = f"{made.start} to {1 - made.start}"
+        measured = f"force {made.force:.1f} N, off by {1000 * made.astray:.1f} mm, {1000 * made.lowest:.0f} mm above"
+        if not json:
+            print(f"{made.joint:16} {way}  {made.verdict}, {measured}{'' if made.verdict == 'moved' else '  <- WRONG'}")
+
     allow(plant)
     asked, source = find_box(box), resolve_plant(plant)
     try:  # no trial runs that a fault could end as an error
@@ -54,7 +60,7 @@ def check(
         try:
             if not isinstance(rig, Rig):
                 raise BadValue("plant", plant, _PLANT)
-            found = check_rig(rig, tell=(lambda made: None) if json else _tell_motion)
+            found = check_rig(rig, tell=tell)
         finally:
             rig.close()
     except PlantFault as fault:
@@ -112,9 +118,3 @@ def calibrate(
         x, y, z = (1000 * row[3] for row in pose[:3])
         print(f"{name}: {x:.1f}, {y:.1f}, {z:.1f} mm")
     print(path)
-
-
-def _tell_motion(made: FreeMotion) -> None:
-    way = f"{made.start} to {1 - made.start}"
-    measured = f"force {made.force:.1f} N, off by {1000 * made.astray:.1f} mm, {1000 * made.lowest:.0f} mm above"
-    print(f"{made.joint:16} {way}  {made.verdict}, {measured}{'' if made.verdict == 'moved' else '  <- WRONG'}")

@@ -11,7 +11,6 @@ import math
 import re
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from xml.parsers import expat
@@ -51,19 +50,37 @@ _FORMATS = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",), "hfield": ("
 _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class MjcfModel:
-    """A model that was read and not compiled yet.
+    """A user's model with the files that it refers to, read and not compiled yet.
+
+    Args:
+        path: The file.
+        wanted: The digest that it must have; empty for any.
 
     Attributes:
-        path: The file.
         spec: The model for MuJoCo, with the contents of all files that it needs.
         digest: 16 hexadecimal digits that change with any of the files.
+
+    Raises:
+        BadFile: If a file is missing, too large, not MJCF, outside the folder of the model or of another format, if
+            the model holds something that is refused, or if it is another model.
     """
 
-    path: Path
-    spec: mujoco.MjSpec
-    digest: str
+    def __init__(self, path: Path, wanted: str = "") -> None:
+        self._path, self._left, self._elements = path, LARGEST, 0
+        self._folder = path.resolve().parent
+        self._files: dict[str, bytes] = {}
+        self._included: dict[str, bytes] = {}
+        text = self._scanned(path)
+        try:
+            self.spec = mujoco.MjSpec.from_string(text.decode(), include=self._included)
+        except _BROKEN as error:
+            raise BadFile(path, str(error)) from None
+        self._take_assets()
+        parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in self._files.items())
+        self.digest = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+        if wanted not in ("", self.digest):
+            raise BadFile(path, f"another model: its digest is {self.digest}, {wanted} was asked for")
 
     def compile(self) -> mujoco.MjModel:
         """Compile the model; one without a camera ``lockprobe`` gets MuJoCo's free default view.
@@ -73,7 +90,7 @@ class MjcfModel:
         """
         for texture in self.spec.textures:
             if max(texture.width, texture.height) > _LONGEST_SIDE:
-                raise BadFile(self.path, f"texture {texture.name!r} has a side of more than {_LONGEST_SIDE} pixels")
+                raise BadFile(self._path, f"texture {texture.name!r} has a side of more than {_LONGEST_SIDE} pixels")
         seen = self.spec.camera(CAMERA) is not None
         if not seen:
             self.spec.worldbody.add_camera(name=CAMERA)
@@ -83,7 +100,7 @@ class MjcfModel:
                 warnings.simplefilter("ignore")
                 model = self.spec.compile()
         except _BROKEN as error:
-            raise BadFile(self.path, str(error)) from None
+            raise BadFile(self._path, str(error)) from None
         limited = [
             ("timestep", model.opt.timestep, 2e-4, 0.01),
             *((what, getattr(model.opt, what), 0, 1000) for what in _ITERATIONS),
@@ -96,10 +113,10 @@ class MjcfModel:
         ]
         for what, value, least, most in limited:
             if not least <= value <= most:
-                raise BadFile(self.path, f"{what} is {value:g}, expected {least:g} to {most:g}")
+                raise BadFile(self._path, f"{what} is {value:g}, expected {least:g} to {most:g}")
         eye = model.camera(CAMERA).id
         if model.cam_projection[eye] != mujoco.mjtProjection.mjPROJ_PERSPECTIVE or model.cam_sensorsize[eye].any():
-            raise BadFile(self.path, f"camera {CAMERA!r} is orthographic or has a sensor size, expected fovy only")
+            raise BadFile(self._path, f"camera {CAMERA!r} is orthographic or has a sensor size, expected fovy only")
         if not seen:
             free = mujoco.MjvCamera()
             mujoco.mjv_defaultFreeCamera(model, free)
@@ -112,59 +129,7 @@ class MjcfModel:
             model.cam_fovy[eye] = model.vis.global_.fovy
         return model
 
-
-def read_model(path: Path, wanted: str = "") -> MjcfModel:
-    """Read a model and the files that it refers to, whose digest is the wanted one if there is one.
-
-    Raises:
-        BadFile: If a file is missing, too large, not MJCF, outside the folder of the model or of another format, if
-            the model holds something that is refused, or if it is another model.
-    """
-    reader = _Reader(path)
-    text = reader.scanned(path)
-    try:
-        spec = mujoco.MjSpec.from_string(text.decode(), include=reader.included)
-    except _BROKEN as error:
-        raise BadFile(path, str(error)) from None
-    reader.take_assets(spec)
-    parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in reader.files.items())
-    digest = hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
-    if wanted not in ("", digest):
-        raise BadFile(path, f"another model: its digest is {digest}, {wanted} was asked for")
-    return MjcfModel(path=path, spec=spec, digest=digest)
-
-
-def read_hand(path: Path, digest: str) -> mujoco.MjSpec:
-    """Read a user's own hand: all bodies of an MJCF file, with a site ``tool`` in one of them.
-
-    Raises:
-        BadFile: If the file cannot be read, is beyond the limits, is not the one asked for, or has no site ``tool``.
-    """
-    file = read_model(path, digest)
-    if not file.spec.worldbody.bodies or all(site.name != TOOL_SITE for site in file.spec.sites):
-        raise BadFile(path, f"no site {TOOL_SITE!r} in a body, which is where the hand holds the top of a knob")
-    hand = file.spec.copy()
-    file.compile()
-    for key in hand.keys:
-        hand.delete(key)
-    return hand
-
-
-class _Reader:
-    """Reads the files of a model, in all no more than the limits.
-
-    Attributes:
-        files: Their contents by name, as seen from the folder of the model.
-        included: Contents of included files, by the names that the model gives them.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._left, self._elements = path, LARGEST, 0
-        self._folder = path.resolve().parent
-        self.files: dict[str, bytes] = {}
-        self.included: dict[str, bytes] = {}
-
-    def scanned(self, path: Path) -> bytes:
+    def _scanned(self, path: Path) -> bytes:
         """The content of an XML file, once its tags, and the files that it includes, were looked through."""
         name, content = self._read(path)
         parser = expat.ParserCreate("utf-8")
@@ -177,9 +142,9 @@ class _Reader:
             if tag == "include":
                 file = attributes.get("file", "")
                 part = self._inside(file, where)
-                if part.resolve() == self._path.resolve() or self._name(part) in self.files:
+                if part.resolve() == self._path.resolve() or self._name(part) in self._files:
                     raise BadFile(self._path, f"{where}: {file!r} is included a second time")
-                self.included[file] = self.scanned(part)
+                self._included[file] = self._scanned(part)
 
         def doctype(*_: object) -> None:
             raise BadFile(path, f"line {parser.CurrentLineNumber}: a document type, which is refused")
@@ -212,9 +177,9 @@ class _Reader:
             why = f"<{tag} file> is refused: only meshes, textures and height fields"
         return why
 
-    def take_assets(self, spec: mujoco.MjSpec) -> None:
-        """Give a model the contents of the meshes and pictures that it refers to, under names of ours."""
-        assets: dict[str, bytes] = {}
+    def _take_assets(self) -> None:
+        """Give the model the contents of the meshes and pictures that it refers to, under names of ours."""
+        spec, assets = self.spec, dict[str, bytes]()
 
         def taken(kind: str, file: str, folder: str) -> str:
             path = self._inside(str(Path(folder, Path(file).name if spec.strippath else file)), kind)
@@ -249,10 +214,10 @@ class _Reader:
 
     def _read(self, path: Path) -> tuple[str, bytes]:
         name = self._name(path)
-        if name not in self.files:
-            self.files[name] = read_input(path, self._left)
-            self._left -= len(self.files[name])
-        return name, self.files[name]
+        if name not in self._files:
+            self._files[name] = read_input(path, self._left)
+            self._left -= len(self._files[name])
+        return name, self._files[name]
 
     def _inside(self, file: str, where: str) -> Path:
         try:
@@ -266,3 +231,19 @@ class _Reader:
     def _name(self, path: Path) -> str:
         """A file's name as seen from the folder of the model."""
         return path.resolve().relative_to(self._folder).as_posix()
+
+
+def read_hand(path: Path, digest: str) -> mujoco.MjSpec:
+    """Read a user's own hand: all bodies of an MJCF file, with a site ``tool`` in one of them.
+
+    Raises:
+        BadFile: If the file cannot be read, is beyond the limits, is not the one asked for, or has no site ``tool``.
+    """
+    file = MjcfModel(path, digest)
+    if not file.spec.worldbody.bodies or all(site.name != TOOL_SITE for site in file.spec.sites):
+        raise BadFile(path, f"no site {TOOL_SITE!r} in a body, which is where the hand holds the top of a knob")
+    hand = file.spec.copy()
+    file.compile()
+    for key in hand.keys:
+        hand.delete(key)
+    return hand

@@ -18,7 +18,7 @@ from lockprobe.trial.record import Fact
 from lockprobe_robot.fast_twin import SimulatedPlant
 from lockprobe_robot.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import UserModelSettings
-from lockprobe_robot.user_model.mjcf_file import read_model
+from lockprobe_robot.user_model.mjcf_file import MjcfModel
 from lockprobe_robot.user_model.model_joints import ModelJoints
 
 PANEL = "panel"
@@ -107,7 +107,7 @@ def joints_of(box: Lockbox, settings: UserModelSettings) -> ModelJoints:
         BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
     """
     path = Path(settings.model)
-    model = read_model(path, settings.digest).compile()
+    model = MjcfModel(path, settings.digest).compile()
     try:
         return ModelJoints(model, box, force=settings.force, torque=settings.torque)
     except BadValue as error:
