@@ -16,7 +16,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe_robot.arm.protocol import Arm, Vector
+from lockprobe_robot.arm.protocol import StoppableArm, Vector
 
 TouchVerdict = Literal["moved", "blocked", "failed"]
 """The robot's judgement: the handle came along, it was held, or the hand never got over it."""
@@ -80,7 +80,7 @@ class Touch:
         return {name: fact if isinstance(fact, str) else round(fact, 6) for name, fact in facts.items()}
 
 
-def guarded_move(arm: Arm, path: HandlePath) -> Touch:
+def guarded_move(arm: StoppableArm, path: HandlePath) -> Touch:
     """Try to drag a handle to the other end of its path as the robot believes it, from home, then go home.
 
     Raises:
@@ -118,7 +118,7 @@ def guarded_move(arm: Arm, path: HandlePath) -> Touch:
     return Touch(verdict=verdict, peak_force=peak, progress=progress, seconds=arm.time - began)
 
 
-def _drag(arm: Arm, path: HandlePath, zero: Vector) -> tuple[TouchVerdict, float, float]:
+def _drag(arm: StoppableArm, path: HandlePath, zero: Vector) -> tuple[TouchVerdict, float, float]:
     """Drag the handle along its path: verdict, peak force, progress."""
     origin = path.travelled(arm.position())
     end = path.length + _OVERDRIVE
@@ -151,7 +151,7 @@ def _drag(arm: Arm, path: HandlePath, zero: Vector) -> tuple[TouchVerdict, float
                 return ("moved" if progress >= _ENOUGH else "failed"), peak, progress
 
 
-def _stand(arm: Arm, point: Vector, seconds: float, stiffness: float) -> None:
+def _stand(arm: StoppableArm, point: Vector, seconds: float, stiffness: float) -> None:
     for _ in range(_periods(seconds, arm)):
         arm.follow(point, np.zeros(3), stiffness=stiffness)
 
@@ -160,7 +160,7 @@ def _smoothed(before: float, now: float, period: float) -> float:
     return before + (now - before) * period / (_SMOOTHING + period)
 
 
-def _periods(seconds: float, arm: Arm) -> int:
+def _periods(seconds: float, arm: StoppableArm) -> int:
     return max(1, round(seconds / arm.period))
 
 

@@ -1,4 +1,4 @@
-"""The interface of an arm (Arm, StoppableArm) for the guarded move, simulated or real."""
+"""The interface of an arm for the guarded move, simulated or real."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ Vector = NDArray[np.float64]
 """Shape (3,), in the frame of the arm's base: x forward, z up."""
 
 
-class Arm(Protocol):
+class StoppableArm(Protocol):
     """A torque-controlled arm with a hand and a force sensor, commanded by a slower, supervisory loop.
 
-    Poses refer to the tool centre point: the point in the hand that holds the top of a knob. Calls block.
+    Poses refer to the tool centre point: the point in the hand that holds the top of a knob. Calls block, and another
+    thread can stop the arm meanwhile.
     """
 
     @property
@@ -64,10 +65,6 @@ class Arm(Protocol):
     def force(self) -> Vector:
         """Mean force on the hand over the last period, newtons, including the hand's weight."""
         ...
-
-
-class StoppableArm(Arm, Protocol):
-    """An arm that can be stopped from another thread while one of its calls is under way."""
 
     def stop(self) -> None:
         """Bring the arm to rest as fast as is safe. The next command starts it again. Idempotent."""

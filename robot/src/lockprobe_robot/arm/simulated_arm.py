@@ -1,4 +1,4 @@
-"""The Panda and its hand in MuJoCo, as an :class:`lockprobe_robot.arm.protocol.Arm`."""
+"""The Panda and its hand in MuJoCo, as an :class:`lockprobe_robot.arm.protocol.StoppableArm`."""
 
 from __future__ import annotations
 

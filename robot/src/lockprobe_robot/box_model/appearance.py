@@ -21,7 +21,7 @@ _DRAWS = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Appearance:
-    """The visual parameters of a scene.
+    """The visual parameters of a scene; left out, as in every plain one.
 
     Attributes:
         wood: Colour of board and case.
@@ -38,41 +38,29 @@ class Appearance:
         luck: Seed of places, shapes and colours of what lies on the board.
     """
 
-    wood: Colour
-    grain: int
-    knob: Colour
-    bar: Colour
-    floor: Colour
-    light: tuple[float, float]
-    brightness: float
-    camera: tuple[float, float, float]
+    wood: Colour = (0.80, 0.63, 0.43)
+    grain: int = 1
+    knob: Colour = (0.86, 0.13, 0.10)
+    bar: Colour = (0.98, 0.76, 0.14)
+    floor: Colour = (0.33, 0.35, 0.38)
+    light: tuple[float, float] = (-0.25, 0.35)
+    brightness: float = 1.0
+    camera: tuple[float, float, float] = (0.0, 0.0, 0.0)
     pivot: Colour = (0.2, 0.2, 0.2)
     lamp_height: float = 1.6
     ambient: float = 1.0
     luck: int = 0
 
 
-_PLAIN = Appearance(
-    wood=(0.80, 0.63, 0.43),
-    grain=1,
-    knob=(0.86, 0.13, 0.10),
-    bar=(0.98, 0.76, 0.14),
-    floor=(0.33, 0.35, 0.38),
-    light=(-0.25, 0.35),
-    brightness=1.0,
-    camera=(0.0, 0.0, 0.0),
-)
+_PLAIN = Appearance()
+_SECOND = Appearance(wood=(0.47, 0.33, 0.24), knob=(0.10, 0.42, 0.80), bar=(0.86, 0.86, 0.82), floor=(0.60, 0.58, 0.53))
 
 _WOODS: tuple[Colour, ...] = (
-    (0.80, 0.63, 0.43),
+    _PLAIN.wood,
     (0.86, 0.74, 0.56),
     (0.70, 0.50, 0.33),
     (0.76, 0.58, 0.46),
     (0.83, 0.71, 0.47),
-)
-
-_SECOND = replace(
-    _PLAIN, wood=(0.47, 0.33, 0.24), knob=(0.10, 0.42, 0.80), bar=(0.86, 0.86, 0.82), floor=(0.60, 0.58, 0.53)
 )
 
 _LIGHTS: dict[str, dict[str, Any]] = {

@@ -126,7 +126,8 @@ class _ArmAbove:
         self._arm, self._path = arm, path
         self._zero: Vector | None = None
         self.felt, self.astray, self.lowest, self.period, self.commands = 0.0, 0.0, float("inf"), arm.period, 0
-        self.home, self.reach, self.position, self.force = arm.home, arm.reach, arm.position, arm.force
+        self.home, self.reach, self.stop = arm.home, arm.reach, arm.stop
+        self.position, self.force = arm.position, arm.force
 
     @property
     def time(self) -> float:
