@@ -57,7 +57,18 @@ def add_gates(
         mounted = panel.mounted_joints[gate.joint]
         bolt = _add_bolt(body, f"bolt-{number}", mounted, depth)
         bolt.add_geom(name=f"pin-{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
-        _add_blocks(spec, number, gate.joint, mounted, depth, pitch)
+        part = spec.body(f"part-{gate.joint}")
+        for piece, ((x, y), angle, half) in enumerate(blocks_of(mounted)):
+            part.add_geom(
+                name=f"block-{number}-{piece}",
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=[*half, 0.4 * pitch],
+                pos=[x - mounted.origin[0], y - mounted.origin[1], depth],
+                quat=_turned(angle),
+                density=ALUMINIUM,
+                **_PIECE,
+            )
+            _touching(spec, f"pin-{number}", f"block-{number}-{piece}")
         if len(gate.literals) == 1:
             _gear(spec, f"bolt-{number}", gate.literals[0], panel, names, STROKE)
         else:
@@ -94,24 +105,6 @@ def _add_bolt(
         solimp_limit=_YIELDING,
     )
     return part
-
-
-def _add_blocks(
-    spec: mujoco.MjSpec, number: int, joint: int, mounted: MountedJoint, depth: float, pitch: float
-) -> None:
-    part = spec.body(f"part-{joint}")
-    for piece, ((x, y), angle, half) in enumerate(blocks_of(mounted)):
-        name = f"block-{number}-{piece}"
-        part.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[*half, 0.4 * pitch],
-            pos=[x - mounted.origin[0], y - mounted.origin[1], depth],
-            quat=_turned(angle),
-            density=ALUMINIUM,
-            **_PIECE,
-        )
-        _touching(spec, f"pin-{number}", name)
 
 
 def _add_lifters(

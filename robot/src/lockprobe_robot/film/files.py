@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import struct
-from collections.abc import Generator
 from itertools import islice, product
 from pathlib import Path
 from typing import IO, Any
@@ -107,12 +106,25 @@ class _Mp4:
             )
         writable(path)
         self._path = path
-        self._pipe: Generator[None, Any, None] | None = None
+        self._pipe: Any = None  # the generator of imageio_ffmpeg
         self._owed = 0.0
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
         if self._pipe is None:
-            self._pipe = self._open(picture.shape[1], picture.shape[0])
+            import imageio_ffmpeg
+
+            write_file(self._path, b"")
+            self._pipe = imageio_ffmpeg.write_frames(
+                str(self._path),
+                (picture.shape[1], picture.shape[0]),
+                fps=RATES[".mp4"],
+                codec="libx264",
+                quality=None,
+                macro_block_size=2,
+                ffmpeg_log_level="error",
+                output_params=_GROWS.split(),
+            )
+            self._pipe.send(None)
         self._owed += seconds * RATES[".mp4"]
         while self._owed > 0.5:
             self._pipe.send(np.ascontiguousarray(picture))
@@ -122,23 +134,6 @@ class _Mp4:
         pipe, self._pipe = self._pipe, None
         if pipe is not None:
             pipe.close()
-
-    def _open(self, width: int, height: int) -> Generator[None, Any, None]:
-        import imageio_ffmpeg
-
-        write_file(self._path, b"")
-        pipe: Generator[None, Any, None] = imageio_ffmpeg.write_frames(
-            str(self._path),
-            (width, height),
-            fps=RATES[".mp4"],
-            codec="libx264",
-            quality=None,
-            macro_block_size=2,
-            ffmpeg_log_level="error",
-            output_params=_GROWS.split(),
-        )
-        pipe.send(None)
-        return pipe
 
 
 FilmFile = _Gif | _Mp4

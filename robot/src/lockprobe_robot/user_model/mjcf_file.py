@@ -42,8 +42,6 @@ _LONGEST_SIDE = 4096
 _REFUSED = ("extension", "plugin", "model", "attach", "replicate", "composite", "flexcomp", "flex", "skin")
 """Tags that would run code, read other models, or make many things of few words."""
 
-_SIDES = ("nrow", "ncol")
-
 _FORMATS = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",), "hfield": (".png",)}
 """Formats by kind of asset. The suffix of a file says its format."""
 
@@ -137,8 +135,24 @@ class MjcfModel:
         def start(tag: str, attributes: Mapping[str, str]) -> None:
             self._elements += 1
             where = f"line {parser.CurrentLineNumber} of {name}"
-            if why := self._refusal(tag, attributes):
-                raise BadFile(self._path, f"{where}: {why}")
+            sides = [attributes.get(side, "0") for side in ("nrow", "ncol")]
+            from_file = any(name.startswith("file") for name in attributes)
+            for refused, why in (
+                (self._elements == 1 and tag != "mujoco", f"<{tag}>, not an MJCF file, which begins with <mujoco>"),
+                (self._elements > _MOST_ELEMENTS, f"more than {_MOST_ELEMENTS} elements"),
+                (tag in _REFUSED, f"<{tag}> is refused: a model is made of bodies, geoms and included files"),
+                (tag == "mesh" and "builtin" in attributes, "<mesh builtin> is refused: take a geom or a mesh file"),
+                (  # MuJoCo makes its points while it reads
+                    tag == "hfield" and not all(re.fullmatch(r"\s*[0-9]{1,3}\s*", side) for side in sides),
+                    "a height field has whole numbers up to 999 as nrow and ncol",
+                ),
+                (
+                    from_file and tag not in (*_FORMATS, "include"),
+                    f"<{tag} file> is refused: only meshes, textures and height fields",
+                ),
+            ):
+                if refused:
+                    raise BadFile(self._path, f"{where}: {why}")
             if tag == "include":
                 file = attributes.get("file", "")
                 part = self._inside(file, where)
@@ -155,27 +169,6 @@ class MjcfModel:
         except (expat.ExpatError, ValueError) as error:
             raise BadFile(path, f"not XML ({error})") from None
         return content
-
-    def _refusal(self, tag: str, attributes: Mapping[str, str]) -> str:
-        """Why a tag is refused, in words; empty if it is not."""
-        why = ""
-        if self._elements == 1 and tag != "mujoco":
-            why = f"<{tag}>, not an MJCF file, which begins with <mujoco>"
-        elif self._elements > _MOST_ELEMENTS:
-            why = f"more than {_MOST_ELEMENTS} elements"
-        elif tag in _REFUSED:
-            why = f"<{tag}> is refused: a model is made of bodies, geoms and included files"
-        elif tag == "mesh" and "builtin" in attributes:
-            why = "<mesh builtin> is refused: take a geom or a mesh file"
-        elif tag == "hfield" and not all(
-            re.fullmatch(r"\s*[0-9]{1,3}\s*", attributes.get(side, "0")) for side in _SIDES
-        ):
-            why = (
-                "a height field has whole numbers up to 999 as nrow and ncol"  # MuJoCo makes its points while it reads
-            )
-        elif tag not in (*_FORMATS, "include") and any(name.startswith("file") for name in attributes):
-            why = f"<{tag} file> is refused: only meshes, textures and height fields"
-        return why
 
     def _take_assets(self) -> None:
         """Give the model the contents of the meshes and pictures that it refers to, under names of ours."""
