@@ -16,9 +16,6 @@ from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
 from lockprobe.trial.protocols import Plant
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
-RehearsalRung = Literal["scripted", "twin"]
-"""The rungs below a robot; :mod:`lockprobe_robot.hardware.rehearsal` says what they are."""
-
 _FILES = ("model", "digest", "hand", "hand_digest")
 """Options that say which plant it is, and no property of it."""
 
@@ -140,7 +137,7 @@ def manual(spec: Spec) -> PlantSource:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _RehearsalSettings:
-    rung: RehearsalRung = "scripted"
+    rung: Literal["scripted", "twin"] = "scripted"
 
 
 def rig(spec: Spec) -> PlantSource:

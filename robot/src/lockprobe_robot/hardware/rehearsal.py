@@ -23,37 +23,32 @@ from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.rig import Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
-from lockprobe_robot.plants import RehearsalRung
 
 _BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class _SimulatedSight:
     """Reads the truth from a simulation."""
 
     configuration: Callable[[], Configuration]
+    close: Callable[[], None]
     facts: Mapping[str, Fact]
-    close: Callable[[], None] = lambda: None
 
     def read(self, names: tuple[str, ...]) -> Snapshot:
         return Snapshot(configuration=self.configuration())
 
 
 def rehearsed_rig(
-    rung: RehearsalRung,
-    box: Lockbox,
-    labels: tuple[str, ...],
-    rng: np.random.Generator,
-    film: FilmHook | None = None,
+    rung: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None
 ) -> Rig:
     """A rig on a rung, as a plant: ``--plant 'rig?rung=twin'``. No operator has to agree: nothing real moves."""
     arm: StoppableArm
     if rung == "scripted":
         panel = lay_out_panel(box)
         arm = scripted = ScriptedArm(box, panel.handle_path)
-        sight = _SimulatedSight(configuration=lambda: scripted.configuration, facts={"truth": "simulation"})
+        sight = _SimulatedSight(lambda: scripted.configuration, lambda: None, {"truth": "simulation"})
     else:
         from lockprobe_robot.twin import Twin
         from lockprobe_robot.twin_settings import TwinSettings
@@ -66,8 +61,7 @@ def rehearsed_rig(
                 raise PlantFault("a joint stays between its ends")
             return twin.observe().configuration
 
-        facts: dict[str, Fact] = {"truth": "simulation", "engine": twin.facts["engine"]}
-        sight = _SimulatedSight(configuration=settled, facts=facts, close=twin.close)
+        sight = _SimulatedSight(settled, twin.close, {"truth": "simulation", "engine": twin.facts["engine"]})
     operator = ConsentingOperator()
     return Rig(
         box,
