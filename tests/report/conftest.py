@@ -1,6 +1,4 @@
-"""A modality study to report on, and reports whose pictures are not drawn unless a test asks for that."""
-
-from contextlib import contextmanager
+"""A modality study to report on, and reports whose pictures are not drawn."""
 
 import pytest
 from builders import SOLUTION, make_trial
@@ -33,18 +31,6 @@ def placeholders():
     """Reports here hold placeholders for pictures, which tests/figures looks at."""
     with undrawn():
         yield
-
-
-@pytest.fixture(scope="module")
-def drawn(placeholders):
-    """``with drawn("fig4"):`` reports hold this real picture, ``with drawn():`` all of them."""
-
-    @contextmanager
-    def real(*names):
-        with undrawn(lambda name: not names or name in names):
-            yield
-
-    return real
 
 
 @pytest.fixture(scope="session")

@@ -92,10 +92,6 @@ def page(tmp_path_factory):
         yield tab
 
 
-A4 = 703
-"""Pixels between margins of 12 mm."""
-
-CUT = "[...document.querySelectorAll('table')].filter(t => t.scrollWidth > t.parentElement.clientWidth + 1).map(t => t.innerText)"
 WORDS = """(() => {
   const words = (one) => (one.innerText ?? one.textContent).split(/\\s+/).length;
   return [...document.querySelectorAll("select, .strip, .num, svg")].reduce((left, one) => left - words(one), words(document.body));

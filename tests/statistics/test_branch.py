@@ -29,11 +29,6 @@ def effects_of(forks, parents, *more, **asked):
     return branch_effects(forks, {parent.key: parent for parent in parents}, *more, **asked)
 
 
-def both(parents, arm="lie", **how):
-    """Forks of each after a true report and after another, unsolved."""
-    return [fork(parent, name, solved=False, **how) for parent in parents for name in ("truth", arm)]
-
-
 def only(effects, outcome="success"):
     (found,) = [one for one in effects if one.outcome == outcome]
     return found

@@ -13,13 +13,12 @@ from reported import found_in
 from solved import columns
 
 from lockprobe.cli.result import found as said_of
-from lockprobe.foundation.seeds import generator
 from lockprobe.report.opened import open_study
 from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.broken_trials import worst
 from lockprobe.statistics.clustered import share_of
-from lockprobe.statistics.differences import any_difference, each_difference, few_broke_until
+from lockprobe.statistics.differences import each_difference, few_broke_until
 from lockprobe.statistics.every_look import Numbers, at_every_look, share_at_every_look
 from lockprobe.statistics.how_soon import Hazard, success_curve
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
@@ -55,12 +54,6 @@ def compared(groups):
     """Success of the second group less that of the first, with its bounds."""
     ((_, found),) = each_difference(groups)
     return found
-
-
-def over_doses(*groups):
-    """Success over the doses of these trials."""
-    trials = [trial for group in groups for trial in group]
-    return any_difference(outcomes(trials), generator(1))
 
 
 @pytest.mark.parametrize(

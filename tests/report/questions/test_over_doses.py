@@ -12,7 +12,6 @@ from lockprobe.report.section import Table
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.studies.options.studyfile import study
 
-AGENTS = ("cognitive:perseverant", "human-inspired", "random")
 READER = "cognitive:perseverant"
 SMALL = {"trials": 6, "repetitions": 1}
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
-from reported import tables_of
 from taking_part import take_part
 
 from lockprobe.people.withdrawal import withdraw
@@ -31,11 +30,6 @@ def values(found, quantity, **columns):
 
 def each(found):
     return [found.one("boxes", **THEIRS, of=f"{end} of a person").value for end in ("fewest", "most")]
-
-
-def table(found, name):
-    head, *rows = tables_of(found)[name]
-    return [dict(zip(head, row, strict=True)) for row in rows]
 
 
 @pytest.fixture(scope="module")
