@@ -57,9 +57,8 @@ def _templates() -> Any:
     )
     # a spec that a line may end in, after the marks between its parts
     breakable = partial(re.sub, r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>")
-    environment.filters["breakable"] = lambda name: own_markup(breakable(str(_shown(name))))
-    environment.filters |= {"points": points, "end": end_of, "p": _small, "entry": entry_text}
-    environment.filters["reach"] = _reach
+    environment.filters |= {"breakable": lambda name: own_markup(breakable(str(_shown(name)))), "entry": entry_text}
+    environment.filters |= {"points": points, "end": end_of, "p": _small, "reach": _reach}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 

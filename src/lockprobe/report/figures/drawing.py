@@ -359,10 +359,7 @@ def sheet(
 
 def _around(axes: Axes) -> tuple[float, float, float, float]:
     """How far texts reach out of axes: left, below, right, above, in inches; a title may be as wide as it is."""
-    own = (one.get_tightbbox() for one in (axes.xaxis, axes.yaxis))
-    box, taken = (
-        axes.bbox,
-        Bbox.union([axes.bbox, *filter(None, own), *(one.get_window_extent() for one in axes.texts)]),
-    )
+    box, own = axes.bbox, (one.get_tightbbox() for one in (axes.xaxis, axes.yaxis))
+    taken = Bbox.union([box, *filter(None, own), *(text.get_window_extent() for text in axes.texts)])
     above = max(taken.y1, axes.title.get_window_extent().y1 if axes.get_title() else box.y1)
     return (box.x0 - taken.x0) / DPI, (box.y0 - taken.y0) / DPI, (taken.x1 - box.x1) / DPI, (above - box.y1) / DPI

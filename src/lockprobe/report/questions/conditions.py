@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from itertools import chain, product
+from itertools import chain
 from typing import Any
 
 from markupsafe import Markup
@@ -125,17 +125,19 @@ def measure_rows(numbers: OpenedStudy) -> Iterator[Row]:
         return
     described: dict[str, Fact] = {}
     names = plugin_names("measure")
-    for cell, name in product(numbers.cells if names else (), names):
-        plugin = find_plugin("measure", name)
-        source, quantity = plugin.package if plugin else name, f"{MEASURES}.{name}"
-        try:
-            (found,) = measured([*numbers.records(cell.trials)], [find_measure(name)])
-        except UserMistake as error:
-            yield cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
-        else:
-            unit = "share" if found.kind == "share" else ""
-            yield measured_row(quantity, found, **cell.of, unit=unit, source=source)
-            described[name] = Fact(about=MEASURES, name=name, text=found.what, source=source)
+    for cell in numbers.cells if names else ():
+        trials = [*numbers.records(cell.trials)]
+        for name in names:
+            plugin = find_plugin("measure", name)
+            source, quantity = plugin.package if plugin else name, f"{MEASURES}.{name}"
+            try:
+                (found,) = measured(trials, [find_measure(name)])
+            except UserMistake as error:
+                yield cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
+            else:
+                unit = "share" if found.kind == "share" else ""
+                yield measured_row(quantity, found, **cell.of, unit=unit, source=source)
+                described[name] = Fact(about=MEASURES, name=name, text=found.what, source=source)
     yield from described.values()
 
 

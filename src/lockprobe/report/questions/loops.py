@@ -43,10 +43,10 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             yield cell.estimate("loop_rate", one.loop_rate, n=one.n, of=f"rep={one.repetition}")
         for null in get_args(Null):
             level, error = expected_loop_rate(((len(trial.steps), len(trial.joints)) for trial in trials), null)
-            ends = [max(0.0, level - Z * error), min(1.0, level + Z * error)]
-            how: dict[str, Any] = (
-                {"low": ends[0], "high": ends[1], "note": "simulation"} if error else {"note": "exact"}
-            )
+            how: dict[str, Any] = {"note": "exact"}
+            if error:
+                ends = max(0.0, level - Z * error), min(1.0, level + Z * error)
+                how = {"low": ends[0], "high": ends[1], "note": "simulation"}
             yield cell.estimate("loop_rate", level, of=null, n=n, **how)
         yield cell.estimate("coverage", fmean(cover(trial.actions).share for trial in trials), n=n)
     for course in numbers.every_course:  # the fit, the correlation with success, and whether first loops come later
