@@ -52,10 +52,14 @@ def test_there_are_few_options_and_each_is_explained_in_one_way(everything):
     assert {text: names for text, names in spelled.items() if len(names) > 1} == {}
 
 
-def test_an_option_of_one_value_that_is_given_again_is_refused(lockprobe):
+def test_an_option_that_is_given_again_counts_again_or_is_refused(lockprobe):
     for words in (("run", "flips", "--seed", "1", "--seed=2"), ("box", "generate", "--seed", "1", "--seed", "1")):
         assert lockprobe(*words) == (2, "", "lockprobe: Option '--seed' is given 2 times; it can be given only once.\n")
     assert "2 times" in lockprobe("run", "flips", "--assessment", "--no-assessment")[2]
+    several = ("--p", "0", "--p", "0.4", "--box", "chain-4", "--box", "fork"), ("--p", "0,0.4", "--box", "chain-4,fork")
+    again, once = (lockprobe("run", "flips", "--agent", "random", "--estimate", *words) for words in several)
+    assert again == once  # the settings, by their hash
+    assert "Settings: " in once[2]
 
 
 def test_run_shows_the_ten_options_first_that_most_people_need_and_the_others_refer_to_it(lockprobe):
