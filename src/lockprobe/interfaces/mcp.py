@@ -39,8 +39,9 @@ from lockprobe.studies.running.playable import CLIENT, check_playable
 from lockprobe.studies.running.runner import next_plans
 from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
+from lockprobe.trial.labels import LABELS
 from lockprobe.trial.loop import Executor, here
-from lockprobe.trial.plan import LABELS, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact, Outcome, Situation
 
 with needing("agents with tools", "mcp"):

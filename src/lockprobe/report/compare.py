@@ -30,7 +30,7 @@ from lockprobe.report.section import Lines
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.differences import each_difference, independent_difference
-from lockprobe.statistics.distributions import holm
+from lockprobe.statistics.multiple_testing import holm
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 from lockprobe.trial.record import Trial

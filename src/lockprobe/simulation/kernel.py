@@ -31,8 +31,8 @@ from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.studies.modality import shown
+from lockprobe.trial.labels import drawn_orders, orders_of_study
 from lockprobe.trial.luck import numbers
-from lockprobe.trial.plan import drawn_orders, orders_of_study
 from lockprobe.trial.record import LONGEST_TRIAL, STATES
 from lockprobe.trial.source import source_of
 

@@ -17,8 +17,8 @@ import numpy as np
 from lockprobe.foundation.errors import BadValue
 from lockprobe.statistics.blocks import Array, mean_of_blocks, rare_block
 from lockprobe.statistics.course import is_baseline
-from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.loops import onset
+from lockprobe.statistics.multiple_testing import holm
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Difference
 from lockprobe.trial.record import Trial

@@ -1,4 +1,4 @@
-"""Quantiles and tails of distributions, tests of means and of small counts, and Holm's correction.
+"""Quantiles and tails of distributions, and tests of means and of small counts.
 
 ``scipy`` has all of these. To import its part with Student's distribution takes a third of a second of a processor,
 which is longer than the numbers of most studies take.
@@ -7,7 +7,7 @@ which is longer than the numbers of most studies take.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import count, pairwise
 
@@ -114,14 +114,3 @@ def fisher_exact(table: ArrayLike) -> float:
     likely = np.exp(likely - likely.max())
     here = likely[int(a - first[0])]
     return min(1.0, float(likely[likely <= here * (1 + _TIE)].sum() / likely.sum()))
-
-
-def holm(values: Sequence[float | None], families: Sequence[Hashable] = ()) -> list[float | None]:
-    """P values corrected for their number (Holm 1979), or for that in the family of each; None without a test."""
-    adjusted, of = list(values), families or [None] * len(values)
-    for family in dict.fromkeys(of):
-        tested = sorted((value, i) for i, value in enumerate(values) if value is not None and of[i] == family)
-        largest = 0.0
-        for smaller, (value, i) in enumerate(tested):
-            adjusted[i] = largest = max(largest, min(1.0, (len(tested) - smaller) * value))
-    return adjusted

@@ -36,8 +36,9 @@ from lockprobe.statistics.blocks import block_mean, blocks_of, rare_block
 from lockprobe.statistics.broken_trials import bounded, whatever_broke, worst
 from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.differences import DifferenceAt, each_difference
-from lockprobe.statistics.distributions import holm, student_tails
+from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.modalities import by_fidelity, fidelity
+from lockprobe.statistics.multiple_testing import holm
 from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.proportions import ALPHA, Difference, wilson
 

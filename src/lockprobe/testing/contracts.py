@@ -30,8 +30,8 @@ from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing.trials import make_trial, play_trials
 from lockprobe.trial.condition import PLACES, place_of, spec_of
+from lockprobe.trial.labels import LABELS
 from lockprobe.trial.luck import Luck
-from lockprobe.trial.plan import LABELS
 from lockprobe.trial.protocols import Agent, Intervention, InterventionTraits, Plant
 from lockprobe.trial.record import STATES, Decision, Fact, Percept, Situation, Trial
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json

@@ -27,13 +27,14 @@ from lockprobe.foundation.errors import (
     kind_and_words,
 )
 from lockprobe.foundation.redaction import without_keys
+from lockprobe.trial.labels import Names
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.places import Placed, Places
-from lockprobe.trial.plan import Fork, Names, Plan
+from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Agent, Intervention, Plant
 from lockprobe.trial.record import (
     Briefing,

@@ -16,8 +16,8 @@ import numpy as np
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.storage.atomic_file import write_files
+from lockprobe.trial.labels import LABELS
 from lockprobe.trial.pictures.frame import to_png
-from lockprobe.trial.plan import LABELS
 from lockprobe_robot.arm.model import HOME, add_arm, add_hand
 from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.box_model.scene import build_scene

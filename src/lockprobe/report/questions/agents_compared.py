@@ -22,8 +22,8 @@ from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Cell, Course, courses
 from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.differences import CLUSTERED
-from lockprobe.statistics.distributions import holm
 from lockprobe.statistics.every_look import E_PROCESS
+from lockprobe.statistics.multiple_testing import holm
 from lockprobe.studies.study import Study
 
 _SHARE, _CONDITIONS = "success_in_pairs", "conditions"

@@ -26,8 +26,9 @@ from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import RECONSTRUCTED, Cell, Course, Fact, Results, clearness
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics import published
-from lockprobe.statistics.distributions import holm, welch_test
+from lockprobe.statistics.distributions import welch_test
 from lockprobe.statistics.modalities import by_fidelity, spoken
+from lockprobe.statistics.multiple_testing import holm
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference, proportion
 from lockprobe.trial.record import PLAIN_WORDS
 
