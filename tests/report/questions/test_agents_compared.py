@@ -49,7 +49,7 @@ def test_pairs_are_compared_over_all_flip_rates(tmp_path):
     assert (len(rows), "under" in rows[0]) == (3, False)
     assert [rows[0][name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
     more = "llm:acme/one solves more than random, llm:acme/two solves more than random"
-    assert said(found) == (f"A difference over all flip rates was detected for 2 of 3 pairs of agents: {more}.")
+    assert said(found) == f"Over all flip rates, a difference was detected for 2 of 3 pairs of agents: {more}."
     found = of_trials(tmp_path / "two", *some("llm:a", 9, 2), *some("llm:b", 9, 9))
     assert said(found).endswith(" was detected for 1 of 1 pairs of agents: llm:b solves more than llm:a.")
 

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from typing import Any
 
-from lockprobe.foundation.formatting import first_three, p_cell, percent
+from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.format import Entry, conclusion_of
 from lockprobe.report.opened import OpenedStudy
@@ -147,8 +147,8 @@ def _show(found: Results) -> Iterator[Part]:
         over = "other " * (len(by_axis) > 1) + "conditions" if axis == _CONDITIONS else ""
         over = over or "flip rates" * found.several_p
         more = first_three(f"{one} solves more than {other}" for one, other in clear)
-        what = f"A difference{f' over all {over}' * bool(over)} was detected for {len(clear)} of {len(rows)} pairs of"
-        said.append(f"{what} agents{f': {more}' * bool(clear)}.")
+        over_all = f"{f'over all {over}, ' * bool(over)}a difference was detected for {len(clear)} of {len(rows)}"
+        said.append(f"{capital(over_all)} pairs of agents{f': {more}' * bool(clear)}.")
     yield Part("Which agent is better?", " ".join(said), [_TABLE, note_at(found, _NOTE)])
 
 

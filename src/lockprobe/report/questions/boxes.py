@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import end_of, listed, p_value
+from lockprobe.foundation.formatting import end_of, listed, p_value, points
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
@@ -83,10 +83,17 @@ def _of(found: Results, line: Line, of: str) -> Estimate | None:
 
 
 def differ_said(found: Results) -> str:
-    """On which agents the effect differs between boxes; empty if on none that is shown."""
-    tested = {line.label: row for line in _lines(found) if (row := _of(found, line, _BETWEEN))}
-    differ = [label for label, row in tested.items() if row.p_value is not None and row.p_value < ALPHA]
-    return f"The effect on {listed(differ, named=3)} differs between boxes." if differ else ""
+    """On which agents the effect differs between boxes, and what it is on each of a few; empty if on none."""
+    tested = [(line, row) for line in _lines(found) if (row := _of(found, line, _BETWEEN))]
+    differ = [line for line, row in tested if row.p_value is not None and row.p_value < ALPHA]
+    if not differ:
+        return ""
+    names = [str(box.get("name", "")) for box in found.boxes]
+    said = f"The effect on {listed([line.label for line in differ], named=3)} differs between boxes"
+    if len(differ) > 1 or len(names) > _NAMED:
+        return f"{said}."
+    changes = [f"{points(row.value or 0.0)} points on {name}" for name in names if (row := _of(found, differ[0], name))]
+    return f"{said}: {listed(changes)}."
 
 
 def _table(found: Results) -> Lines:
