@@ -6,10 +6,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 
 CEILINGS = {
-    "lines of source": 42_760,
-    "lines of code": 27_105,
-    "lines of tests": 33_590,
-    "words of docs": 29_270,
+    "lines of source": 41_772,
+    "lines of code": 26_637,
+    "lines of tests": 30_826,
+    "words of docs": 25_011,
 }
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 

@@ -15,8 +15,7 @@ def clauses(joint):
     return st.lists(clause, min_size=1, max_size=3).map(tuple)
 
 
-@pytest.fixture(scope="session")
-def boxes():
+def any_box():
     """Four joints under any interlock, from any start; most are odd, and many cannot be opened."""
     kinds = st.sampled_from(["prismatic", "revolute"])
     return st.builds(
@@ -27,3 +26,8 @@ def boxes():
         initial=st.tuples(*[st.booleans()] * 4),
         target=st.sampled_from(NAMES),
     )
+
+
+@pytest.fixture(scope="session")
+def boxes():
+    return any_box()

@@ -79,7 +79,9 @@ def found(results: Results, directory: Path) -> Said:
         steps[f"lockprobe replay {where} {quote(trial)}"] = "one trial, the truth beside what was told"
         flipped = any("flip.p" in one.doses for one in results.design.conditions)
         if flipped and any(spec_kind(row.agent) not in (PEOPLE, MCP) for row in played):
-            steps[f"lockprobe branch {where}"] = "what one false report does, from a recorded step on"
+            own = sorted({row.agent for row in played if spec_kind(row.agent) == "python"})
+            allowed = "".join(f" --allow {quote(spec)}" for spec in own)
+            steps[f"lockprobe branch {where}{allowed}"] = "what one false report does, from a recorded step on"
     broke = [f"{agent}: {said}" for agent, said in known_of_broken(results)]
     numbers = [f"  {line}" for line in (*said_lines(primary), *broke[:_LINES])]
     numbers += [f"  and {len(broke) - _LINES} more, in the report"] * (len(broke) > _LINES)

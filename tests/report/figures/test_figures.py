@@ -15,7 +15,7 @@ from xml.etree.ElementTree import fromstring
 
 import numpy as np
 import pytest
-from boxes.conftest import boxes
+from boxes.conftest import any_box
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 from hypothesis import given, settings
 from matplotlib.collections import PathCollection, PolyCollection
@@ -346,7 +346,7 @@ def test_every_text_of_a_named_box_is_large_enough_and_touches_no_other(name):
 
 
 @settings(max_examples=5)
-@given(boxes())
+@given(any_box())
 def test_the_table_of_needs_says_what_the_interlock_says(drawn):
     """A row for each alternative, a column for each joint that is needed; filled for open, hollow for closed."""
     *_, axes = box_figure(drawn).axes
