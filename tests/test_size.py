@@ -9,11 +9,9 @@ CEILINGS = {
     "lines of source": 41_772,
     "lines of code": 26_637,
     "lines of tests": 30_826,
-    "words of docs": 25_011,
+    "words of docs": 25_000,
 }
-"""Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
-
-Words rose once, by 700, for the table of all quantities of a report."""
+"""Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 
 _TEXTS = re.compile(r'^ *r?"""(?:[^"]|"(?!""))*"""$|^ *#[^\n]*$', re.MULTILINE)
 """Docstrings and comments; a long text that is a value begins behind its name."""
