@@ -40,9 +40,9 @@ from lockprobe.trial.protocols import Closable
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.trial_json import TrialReader
 
-_ALONE = 2.0
-"""Seconds for which this process plays a strategy alone. Then others go on if as much is left; each takes a second to
-start."""
+_ALONE = 4.0
+"""Seconds for which this process plays a strategy alone. Then others go on if as much is left: each takes a second to
+start, and what they play is read here, so that two of them play a third more in the same time."""
 
 _AT_ONCE = 100
 """Trials of strategies that a worker gets at once, at most."""
