@@ -13,7 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext, redirect_stdout
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
 import typer
 from rich.console import Console
@@ -280,6 +282,8 @@ class Progress(Observer):
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """Tell that an agent's turn comes; trials of an earlier run count, but not for the time that is left."""
+        if source.engine != "inline":  # this process will wait: meanwhile it loads what draws the report
+            Thread(target=import_module, args=("lockprobe.report.figures.drawing",)).start()
         self._agent = self._study.label_of(source.spec)
         done = [trial for trial in self._journal.trials.values() if trial.agent == source.spec and not trial.owed_again]
         solved, valid = sum(one.solved for one in done), sum(one.ending != "error" for one in done)
