@@ -161,8 +161,6 @@ def guarded(kind: str, name: str, package: str = "") -> Iterator[None]:
 
     Lockprobe's own errors, Ctrl-C and the end of the task pass unchanged.
     """
-    from asyncio import CancelledError  # 40 ms, which a message about a typing mistake does not wait for
-
     try:
         yield
     except BaseException as error:
