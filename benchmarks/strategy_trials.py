@@ -43,7 +43,7 @@ RECORDS = "trials.jsonl"
 """What the plain loop writes."""
 
 FLIP = {"channel": "OutcomeFlip", "p": P, "inverts": "outcome", "others": "fresh", "keep": 0.0, "part": "both"}
-FLIP |= {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
+FLIP |= {"only": "any", "at": "", "while": "always"}
 BEFORE = {"study": "flips", "agent": "random", "facts": {}, "box": BOX.name, "condition": f"flip?p={P}"}
 BEFORE |= {"modality": "symbolic?tell=state", "repetition": 1, "seed": SEED, "budget": BUDGET, "target": BOX.target}
 BEFORE |= {"channels": [FLIP, {"channel": "TextChannel", "tell": "state", "form": "words", "places": False}]}

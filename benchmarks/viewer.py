@@ -16,7 +16,7 @@ import numpy as np
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Viewer
 from lockprobe.boxes.families import box
-from lockprobe.interventions.camera import CameraChannel, Depth
+from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.trial.loop import play
@@ -38,7 +38,7 @@ class Watcher(RandomAgent):
         return await super().decide(situation, rng)
 
 
-def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Percept]]:
+def watched(plant: str, trial: int) -> tuple[Trial, Plan, list[Percept]]:
     """A trial at random, and what was seen before each of its steps."""
     plan = Plan(
         study="",
@@ -53,7 +53,7 @@ def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Per
     made = resolve_plant(plant).make(plan.box, plan.names.labels, plan.luck.physics())
     watcher = Watcher()
     try:
-        played = asyncio.run(play(plan, plant=made, interventions=[CameraChannel(depth=depth)], agent=watcher))
+        played = asyncio.run(play(plan, plant=made, interventions=[CameraChannel(depth=True)], agent=watcher))
     finally:
         made.close()
     return played, plan, watcher.shown
@@ -63,13 +63,12 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--looks", default="plain", choices=["plain", "varied"])
-    parser.add_argument("--depth", default="turbo", choices=["turbo", "gray", "height", "packed"])
     parser.add_argument("--trials", type=int, default=10)
     asked = parser.parse_args()
     wrong: dict[tuple[int, bool], list[np.ndarray]] = {}
     missed: dict[tuple[int, bool], list[bool]] = {}
     for trial in range(1, asked.trials + 1):
-        played, plan, shown = watched(f"fast-twin?looks={asked.looks}", asked.depth, trial)
+        played, plan, shown = watched(f"fast-twin?looks={asked.looks}", trial)
         truth = np.array([[int(step.state[i]) for i in plan.names.order] for step in played.steps])
         for acuity in ACUITIES:
             viewer = Viewer(strategy=RandomAgent(), name="random", acuity=acuity)
@@ -83,7 +82,7 @@ def main() -> None:
                     for report, step in zip(reports[1:], played.steps, strict=False)
                 )
     pictures = sum(len(found) for found in wrong[ACUITIES[0], False])
-    print(f"looks={asked.looks} depth={asked.depth}: {asked.trials} trials, {pictures} pictures")
+    print(f"looks={asked.looks}: {asked.trials} trials, {pictures} pictures")
     print(f"{'acuity':>6}  {'joints, rgb':>12} {'rgbd':>6}  {'outcomes, rgb':>14} {'rgbd':>6}")
     for acuity in ACUITIES:
         joints = [float(np.concatenate(wrong[acuity, depth]).mean()) for depth in (False, True)]

@@ -45,7 +45,7 @@ def in_depth(positions, seed=1):
         depth[(x - column) ** 2 + (y - row) ** 2 < 11**2] -= 0.05
     depth += 0.0005 * np.random.default_rng(seed).standard_normal(depth.shape)
     depth[:8] = depth[-8:] = 0
-    shown = encode(depth.astype(np.float32), "turbo", (0.5, 0.8), camera=None)
+    shown = encode(depth.astype(np.float32), 0.5, 0.8)
     return Picture(kind="depth", png=to_png(shown))
 
 
@@ -56,10 +56,18 @@ def deep(positions, camera):
     for place, position in zip(HANDLES, positions, strict=True):
         column, row = place[position]
         heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
-    return depth_at(camera, heights).astype(np.float32)
+    slope, start = plane(camera)
+    return ((heights - start) / slope).astype(np.float32)
 
 
-def depth_at(camera, heights):
-    """The depth of points so high above the board: heights are linear in depth."""
-    at_zero, at_one = (camera.heights(np.full((camera.height, camera.width), depth)) for depth in (0.0, 1.0))
-    return (heights - at_zero) / (at_one - at_zero)
+def plane(camera):
+    """Heights above the board are linear in depth: what a metre of depth adds at each pixel, and the height at 0."""
+    z, (down, right) = camera.panel[:3, 2], np.mgrid[: camera.height, : camera.width]
+    right, down = right - (camera.width - 1) / 2, down - (camera.height - 1) / 2
+    return (z[0] * right + z[1] * down) / camera.focal + z[2], -float(z @ camera.panel[:3, 3])
+
+
+def heights_at(camera, depth):
+    """The heights above the board, metres, of points at a depth."""
+    slope, start = plane(camera)
+    return depth * slope + start

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 from box_model.scenes import scene_of
+from drawn_board import heights_at
 from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.plant_camera import PlantCamera, add_depth_noise
 from lockprobe_robot.plants import renderer
@@ -106,7 +107,7 @@ def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise
     assert (frames[0].rgb != frames[1].rgb).any()
     for frame in frames:
         assert (frame.camera.panel == nominal.camera.panel).all()
-        board = np.abs(nominal.camera.heights(frame.depth)[40:80, 40:120])
+        board = np.abs(heights_at(nominal.camera, frame.depth)[40:80, 40:120])
         assert np.median(board) < 0.06, "it is still the board, not far away"
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
+from drawn_board import heights_at
 from lockprobe_robot import twin as module
 from lockprobe_robot.arm.guarded_move import Touch
 from lockprobe_robot.arm.model import VELOCITY_LIMITS
@@ -149,7 +150,7 @@ def test_every_option_of_looks_is_seen():
 def test_an_arm_at_home_hides_nothing_of_the_board_from_the_oblique_camera():
     options = {"tilt": 75, "viewpoint": "oblique", "width": 128, "height": 96}
     seen, plain = (plant.observe().look() for plant in (twin(**options), fast_twin(**options)))
-    board = plain.camera.heights(plain.depth) > -0.002
+    board = heights_at(plain.camera, plain.depth) > -0.002
     assert board.mean() > 0.1
     assert (plain.depth - seen.depth)[board].max() < 0.02
 

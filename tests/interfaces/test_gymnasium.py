@@ -237,7 +237,7 @@ def plants(monkeypatch):
 SHOWN = [
     {"modality": "rgbd"},
     {"modality": "rgb", "p": 0.4},
-    {"modality": "rgbd?depth=height", "p": 0.5, "flip": "sticky"},
+    {"modality": "rgbd?blur=1", "p": 0.5, "flip": "sticky"},
     {"modality": "rgb?blur=2&noise=0.1&occlude=0.2&exposure=-1"},
     {"condition": "tremble?p=0.3 + rgbd", "layout": "shuffled"},
 ]

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from drawn_board import depth_at
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.interventions.camera import HEIGHTS, CameraChannel
+from lockprobe.interventions.camera import FAR, NEAR, CameraChannel
 from lockprobe.trial.pictures.frame import Camera, Frame, from_png, turbo
 from lockprobe.trial.record import Percept, Task
 
@@ -28,19 +27,17 @@ def told(percept, channel):
     return channel.perceive(percept, (), TASK, np.random.default_rng(1))
 
 
-def decode(image, kind, window, camera):
+def decode(image):
     """The inverse of ``encode``, to within half a colour; 0 where there is no reading, or no colour of the scale."""
     weights = np.array([65536, 256, 1])
     colours, asked = turbo().astype(np.int64) @ weights, image.astype(np.int64) @ weights
     order = np.argsort(colours)
     level = order[np.clip(np.searchsorted(colours[order], asked), 0, 255)]
     known = colours[level] == asked
-    first, last = HEIGHTS if kind == "height" else window[::-1]
-    values = first + level / 255 * (last - first)
-    return np.where(known, depth_at(camera, values) if kind == "height" else values, 0).astype(np.float32)
+    return np.where(known, FAR + level / 255 * (NEAR - FAR), 0).astype(np.float32)
 
 
-@pytest.mark.parametrize("depth", ["none", "turbo", "height"])
+@pytest.mark.parametrize("depth", [False, True])
 def test_what_happened_is_not_told(depth):
     blocked = Percept(joint="B", outcome="blocked", positions=(False, True), look=lambda positions: FRAME)
     moved, same = told(MOVED, CameraChannel(depth=depth)), told(blocked, CameraChannel(depth=depth))
@@ -49,9 +46,8 @@ def test_what_happened_is_not_told(depth):
     assert moved.pictures == same.pictures
 
 
-@pytest.mark.parametrize("depth", ["turbo", "height"])
-def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
-    channel = CameraChannel(depth=depth)
+def test_rgbd_adds_depth_as_shown_and_as_measured():
+    channel = CameraChannel(depth=True)
     percept = told(MOVED, channel)
     first = told(Percept(positions=(True, False), look=lambda positions: FRAME), channel)
     assert first.text.startswith("The first picture shows the box, the second its depth. ")
@@ -64,25 +60,23 @@ def test_rgbd_adds_depth_as_shown_and_as_measured(depth):
     millimetres = from_png(percept.pictures[2].png)
     assert millimetres.dtype == np.uint16
     assert np.abs(millimetres / 1000 - FRAME.depth).max() < 0.00051
-    window = (channel.near, channel.far)
-    read = decode(from_png(percept.pictures[1].png), depth, window, CAMERA)
+    read = decode(from_png(percept.pictures[1].png))
     np.testing.assert_array_equal(read == 0, millimetres == 0)
-    if depth != "height":
-        assert np.abs(read - millimetres / 1000).max() < 0.0007
+    assert np.abs(read - millimetres / 1000).max() < 0.0007
 
 
-@pytest.mark.parametrize("depth", ["none", "turbo"])
+@pytest.mark.parametrize("depth", [False, True])
 def test_pictures_are_degraded_by_every_dose(depth):
     plain = told(MOVED, CameraChannel(depth=depth))
     assert told(MOVED, CameraChannel(depth=depth, blur=0, noise=0, occlude=0, exposure=0)).pictures == plain.pictures
     for name, dose in {"blur": 2, "noise": 0.1, "occlude": 0.5, "exposure": 1}.items():
         worse = told(MOVED, CameraChannel(depth=depth, **{name: dose}))
         assert worse.pictures[0] != plain.pictures[0]
-        assert (worse.pictures[1:] == plain.pictures[1:]) == (name != "occlude" or depth == "none")
+        assert (worse.pictures[1:] == plain.pictures[1:]) == (name != "occlude" or not depth)
         assert worse.handles == plain.handles
 
 
-@pytest.mark.parametrize(("depth", "modality"), [("none", "rgb"), ("turbo", "rgbd")])
+@pytest.mark.parametrize(("depth", "modality"), [(False, "rgb"), (True, "rgbd")])
 def test_without_a_camera_it_says_which_plants_have_one(depth, modality):
     said = f"modality: got '{modality}', expected symbolic, or a plant with a camera: fast-twin or twin"
     with pytest.raises(BadValue, match=said):

@@ -76,7 +76,7 @@ def by_brute_force(policy, puzzle, flip, tell, budget, order):
 FLIP = OutcomeFlip(p=0.3)
 READINGS = [replace(FLIP, inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 1)]
 LEAVING_OUT = [
-    replace(FLIP, only="moved"), replace(FLIP, only="blocked", keep=1), replace(FLIP, from_=2, until=3),
+    replace(FLIP, only="moved"), replace(FLIP, only="blocked", keep=1), replace(FLIP, at=(2, 3)),
     replace(FLIP, at=(1, 3), keep=1),
 ]  # fmt: skip
 PARTS = [

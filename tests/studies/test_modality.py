@@ -14,10 +14,9 @@ from lockprobe.studies.modality import check_shown, interventions_for, is_pictur
 @pytest.mark.parametrize(
     ("spec", "eye"),
     [
-        ("rgb", CameraChannel(depth="none")),
-        ("rgbd", CameraChannel(depth="turbo")),
-        ("rgbd?depth=height", CameraChannel(depth="height")),
-        ("rgbd?near=0.5&far=0.9", CameraChannel(depth="turbo", near=0.5, far=0.9)),
+        ("rgb", CameraChannel()),
+        ("rgbd", CameraChannel(depth=True)),
+        ("rgbd?noise=0.5", CameraChannel(depth=True, noise=0.5)),
     ],
 )
 def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
@@ -35,13 +34,11 @@ def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
         ("symbolic?places=1", "places: got '1', expected yes or no"),
         (
             "rgbd?colour=red",
-            "no option of rgbd is called 'colour' .did you mean 'blur'..; there are: depth, near, far, blur",
+            "no option of rgbd is called 'colour' .did you mean 'blur'..; there are: blur",
         ),
         ("rgb?p=0.4", "no option of rgb is called 'p'; there are: blur, noise, occlude, exposure"),
         ("rgb?blur=-1", "blur: got -1.0, expected a number from 0"),
-        ("rgbd?depth=deep", "depth: got 'deep', expected one of none, turbo, height"),
-        ("rgbd?depth=none", r"modality: got 'rgbd\?depth=none', expected rgbd with a kind of depth"),
-        ("rgb?depth=turbo", "no option of rgb is called 'depth'; there are: blur, noise, occlude, exposure"),
+        ("rgbd?depth=turbo", "no option of rgbd is called 'depth'; there are: blur, noise, occlude, exposure"),
         ("symbolic?source=rumour", "source: got 'rumour', expected one of truth, verdict, camera"),
     ],
 )
@@ -64,7 +61,7 @@ def test_a_source_that_the_plant_lacks_is_refused(source, plant, expected):
 
 
 def test_who_reads_reports_takes_in_no_pictures():
-    shown = ("rgb", "rgbd?depth=height", "symbolic")
+    shown = ("rgb", "rgbd?blur=8", "symbolic")
     assert taken_in("human-inspired:proximity", shown) == ("symbolic",)
     assert taken_in("llm:local", ("rgb",)) == ()
     assert taken_in("viewer", shown) == shown

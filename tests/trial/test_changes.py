@@ -46,7 +46,7 @@ def played(condition, **options):
 @pytest.mark.parametrize(
     "condition",
     [
-        "flip?p=0", "flip?p=1&at=12", "flip?p=1&from=13", "flip?p=1&only=moved&at=1", "drop?p=0.5&at=12", "tremble?p=0",
+        "flip?p=0", "flip?p=1&at=12", "flip?p=1&at=13", "flip?p=1&only=moved&at=1", "drop?p=0.5&at=12", "tremble?p=0",
         "history?last=50", "history?last=12", "nudge?after=9", "hypothesis?ask=before", "flip?p=1 + flip?p=1",
         [OutcomeAlone()], [Rebuilt()],
     ],

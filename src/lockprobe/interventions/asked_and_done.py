@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 from lockprobe.agents.prompt import check_template
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.validation import check_choices, check_probability
+from lockprobe.foundation.validation import check_choices, check_probability, check_whole
 from lockprobe.interventions.told import AtRandomSteps
 from lockprobe.statistics.loops import onset
 from lockprobe.trial.record import Ask, Briefing, Moment, Task, Turn
@@ -70,8 +70,7 @@ class Nudge:
     after: int = 2
 
     def __post_init__(self) -> None:
-        if self.after < 2:
-            raise BadValue("after", self.after, "a number of copies from 2")
+        check_whole("after", self.after, 2)
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the sentence, where it is due."""
@@ -187,8 +186,7 @@ class History:
     last: int = 5
 
     def __post_init__(self) -> None:
-        if self.last < 0:
-            raise BadValue("last", self.last, "a whole number from 0")
+        check_whole("last", self.last, 0)
 
     def recall(
         self, turns: tuple[Turn, ...], past: tuple[Moment, ...], task: Task, rng: np.random.Generator

@@ -7,26 +7,24 @@ sensor or an obstacle.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choices, check_probability
+from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.words import places_said, rows_of
-from lockprobe.trial.pictures.frame import Camera, degraded, to_millimetres, to_png, turbo
+from lockprobe.trial.pictures.frame import degraded, to_millimetres, to_png, turbo
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Moment, Percept, Task
 
-Depth = Literal["none", "turbo", "height"]
-"""How depth is shown, if at all: in colours from near to far, or by height above the board.
+NEAR, FAR = 0.64, 0.78
+"""What the first and the last colour of depth mean, metres, in every picture the same.
 
-The colours run over a fixed window, so that a colour means the same in every picture.
+The window holds the tops of all handles and most of the board where a camera looks at a panel from 0.72 m; the 0.05 m
+by which handles stand out are a third of it.
 """
-
-HEIGHTS = (-0.02, 0.06)
-"""The window of pictures by height, metres above the board: handles end at 0.05, and the ground is below the board."""
 
 _STOPS = 20
 """Most stops of exposure in either direction: more make every picture black, or white."""
@@ -44,9 +42,7 @@ class CameraChannel:
     it can be made again in another form.
 
     Attributes:
-        near, far: What the first and the last colour of depth mean, metres, in every picture the same. The default
-            window holds the tops of all handles and most of the board where a camera looks at a panel from 0.72 m; the
-            0.05 m by which handles stand out are a third of it.
+        depth: Whether a picture of depth follows that of colours.
         blur: Standard deviation of a Gaussian blur of colours, pixels, from 0. Depth stays as it is.
         noise: Standard deviation of noise in every pixel and colour, as a share of the brightest, from 0. Depth stays
             as it is: its noise is a setting of the plant (``depth_noise``).
@@ -56,20 +52,15 @@ class CameraChannel:
     """
 
     always_tells: ClassVar[bool] = True
-    depth: Depth = "none"
-    near: float = 0.64
-    far: float = 0.78
+    depth: bool = False
     blur: float = 0.0
     noise: float = 0.0
     occlude: float = 0.0
     exposure: float = 0.0
 
     def __post_init__(self) -> None:
-        check_choices(self)
-        if not 0 <= self.near < self.far <= 65:
-            raise BadValue("depth window", (self.near, self.far), "0 <= near < far <= 65 metres")
-        for name in ("blur", "noise"):
-            if not 0 <= (value := getattr(self, name)) < float("inf"):
+        for name, value in (("blur", self.blur), ("noise", self.noise)):
+            if not 0 <= value < float("inf"):
                 raise BadValue(name, value, "a number from 0")
         check_probability("occlude", self.occlude)
         if not -_STOPS <= self.exposure <= _STOPS:
@@ -79,17 +70,16 @@ class CameraChannel:
         """The percept as pictures."""
         luck = rng.random(3)
         if percept.look is None:
-            modality = "rgb" if self.depth == "none" else "rgbd"
+            modality = "rgbd" if self.depth else "rgb"
             raise BadValue("modality", modality, "symbolic, or a plant with a camera: fast-twin or twin")
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
         damage = {name: getattr(self, name) for name in ("blur", "noise", "occlude", "exposure")}
         frame = degraded(percept.look(percept.positions), luck, **damage)
         pictures: tuple[Picture, ...] = (Picture(kind="rgb", png=to_png(frame.rgb)),)
-        if self.depth != "none":
+        if self.depth:
             millimetres = to_millimetres(frame.depth)
-            depth = millimetres.astype(np.float32) / np.float32(1000)
-            shown = encode(depth, self.depth, (self.near, self.far), frame.camera)
+            shown = encode(millimetres.astype(np.float32) / np.float32(1000))
             measured = Picture(kind="depth16", png=to_png(millimetres), shown=False)
             pictures = (*pictures, Picture(kind="depth", png=to_png(shown)), measured)
         where = places_said(task, rows_of(task)) if percept.joint is None and not frame.labelled else []
@@ -115,31 +105,23 @@ class CameraChannel:
         """The words with the pictures; ``joint`` is the one just attempted, by its label."""
         now = "" if joint is None else " now"
         attempted = "" if joint is None else f"You attempted {joint}. "
-        if self.depth == "none":
+        if not self.depth:
             return f"{attempted}The picture shows the box{now}."
         shows = f"{attempted}The first picture shows the box{now}, the second its depth."
         if joint is not None:
             return shows
-        if self.depth == "height":
-            return (
-                f"{shows} Colour is height: dark violet {-100 * HEIGHTS[0]:g} cm or more below the board, blue the "
-                f"board, through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading."
-            )
         return (
-            f"{shows} Colour is distance from the camera: red {self.near:g} m or nearer, through yellow, green and "
-            f"blue to dark violet {self.far:g} m or farther, black no reading."
+            f"{shows} Colour is distance from the camera: red {NEAR:g} m or nearer, through yellow, green and "
+            f"blue to dark violet {FAR:g} m or farther, black no reading."
         )
 
 
-def encode(depth: NDArray[np.float32], kind: Depth, window: tuple[float, float], camera: Camera) -> NDArray[np.uint8]:
+def encode(depth: NDArray[np.float32], near: float = NEAR, far: float = FAR) -> NDArray[np.uint8]:
     """Encode depth as a picture, shape (height, width, 3). A value outside the window has the colour of its nearer end.
 
-    ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black. ``window`` holds
-    the depths of the first and the last colour of ``turbo``, metres; ``height`` has :data:`HEIGHTS`, and needs the pose
-    of the camera.
+    ``depth`` has the shape (height, width), metres; 0 where there is no reading, which is black.
     """
-    values, first, last = (camera.heights(depth), *HEIGHTS) if kind == "height" else (depth, *window[::-1])
-    level: NDArray[np.uint8] = np.rint(np.clip((values - first) / (last - first), 0, 1) * 255).astype(np.uint8)
+    level: NDArray[np.uint8] = np.rint(np.clip((depth - far) / (near - far), 0, 1) * 255).astype(np.uint8)
     colours = np.take(turbo(), level, axis=0)
     colours[depth <= 0] = 0
     return colours

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
-from lockprobe.foundation.validation import check_choice, check_choices, check_probability
+from lockprobe.foundation.validation import check_choice, check_choices, check_probability, check_whole
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
@@ -87,8 +87,7 @@ class OutcomeFlip:
         p, keep: Probabilities, [0, 1].
         others: As above; ``partly`` with ``keep`` between 0 and 1.
         only: Which outcomes are inverted.
-        from_, until: The first and the last step, from 1, whose report can be inverted; None without a limit.
-        at: The steps whose reports can be inverted; empty for all of them. In a spec: ``at=4;8``.
+        at: The steps, from 1, whose reports can be inverted; empty for all of them. In a spec: ``at=4;8``.
         while_: With ``looping`` only a report is inverted whose attempt continues an action loop: the last three
             attempts, this one among them, have stood in this order before, and not overlapping.
     """
@@ -103,8 +102,6 @@ class OutcomeFlip:
     keep: float = 0.0
     part: Part = "both"
     only: Only = "any"
-    from_: int | None = None
-    until: int | None = None
     at: tuple[int, ...] = ()
     while_: While = "always"
 
@@ -112,11 +109,8 @@ class OutcomeFlip:
         check_probability("flip rate p", self.p)
         check_probability("keep", self.keep)
         check_choices(self)
-        for what, step in (("from", self.from_), ("until", self.until), *(("at", step) for step in self.at)):
-            if step is not None and step < 1:
-                raise BadValue(what, step, "a step from 1")
-        if self.until is not None and self.until < (self.from_ or 1):
-            raise BadValue("until", self.until, f"a step from {self.from_}, the first step of the flip")
+        for step in self.at:
+            check_whole("at", step, 1)
         if self.part == "outcome" and (self.inverts, self.others, self.keep) != ("outcome", "fresh", 0):
             raise BadValue("part", self.part, "none with inverts, others or keep: with it every position is true")
         if self.others == "noisy":
@@ -154,17 +148,13 @@ class OutcomeFlip:
     def at_rate(self, p: float, at: tuple[int, ...] = ()) -> OutcomeFlip:
         """A flip of the same reading at another rate, of all reports or of those of given steps.
 
-        The options ``only``, ``from``, ``until`` and ``while`` are left out.
+        The options ``only`` and ``while`` are left out.
         """
         return OutcomeFlip(p=p, inverts=self.inverts, others=self.others, keep=self.keep, part=self.part, at=at)
 
     def falls_on(self, step: int) -> bool:
         """Whether the report of this step, from 1, can be inverted."""
-        return (
-            (self.from_ is None or step >= self.from_)
-            and (self.until is None or step <= self.until)
-            and (not self.at or step in self.at)
-        )
+        return not self.at or step in self.at
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""

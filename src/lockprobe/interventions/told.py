@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_choices, check_probability
+from lockprobe.foundation.validation import check_choices, check_probability, check_whole
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.trial.record import Moment, Percept, Task
 
@@ -36,8 +35,7 @@ class AtRate:
         check_probability(f"{self.name} rate p", self.p)
         check_choices(self)
         for step in getattr(self, "at", ()):
-            if step < 1:
-                raise BadValue("at", step, "a step from 1")
+            check_whole("at", step, 1)
 
     def hits(self, drawn: float, step: int) -> bool:
         """Whether it acts at a step for which this number was drawn, in [0, 1)."""
@@ -83,8 +81,7 @@ class Delay:
     lag: int = 1
 
     def __post_init__(self) -> None:
-        if self.lag < 0:
-            raise BadValue("lag", self.lag, "a whole number from 0")
+        check_whole("lag", self.lag, 0)
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept of some attempts ago."""

@@ -112,12 +112,12 @@ class _MarkovChain:
     """The Markov chain of one policy under one order of the listing: its states and transition probabilities.
 
     Attributes:
-        onward: What can follow each state met, and whether the flip falls on the step: the probability that the next
-            step solves the box, and those of the next states.
+        onward: What can follow each state met, at the rate of the flip at the step: the probability that the next step
+            solves the box, and those of the next states.
     """
 
     def __init__(self, policy: Policy[Any], world: World, order: tuple[int, ...], most_states: int) -> None:
-        self.onward: dict[tuple[_State, bool], tuple[float, Mapping[_State, float]]] = {}
+        self.onward: dict[tuple[_State, float], tuple[float, Mapping[_State, float]]] = {}
         self._policy, self._world, self._order, self._most = policy, world, order, most_states
         self._view, self._space = world.view(order), world.space
         self._may_move = world.space.may_move.tolist()
@@ -128,18 +128,18 @@ class _MarkovChain:
         yield solved
         for step in range(1, self._world.budget + 1):
             after: dict[_State, float] = defaultdict(float)
-            falls = self._world.flip.falls_on(step)
+            rate = self._world.flip.p * self._world.flip.falls_on(step)
             for state, mass in running.items():
-                opens, goals = self._follow(state, falls=falls)
+                opens, goals = self._follow(state, rate)
                 solved += mass * opens
                 for goal, chance in goals.items():
                     after[goal] += mass * chance
             running = after
             yield solved
 
-    def _follow(self, state: _State, *, falls: bool) -> tuple[float, Mapping[_State, float]]:
-        """What can follow a state; ``falls`` says whether the flip can invert the next report."""
-        if (found := self.onward.get((state, falls))) is not None:
+    def _follow(self, state: _State, rate: float) -> tuple[float, Mapping[_State, float]]:
+        """What can follow a state if the next report is inverted at this rate."""
+        if (found := self.onward.get((state, rate))) is not None:
             return found
         if len(self.onward) >= self._most:
             raise BadValue(
@@ -154,33 +154,26 @@ class _MarkovChain:
             if not chance or (moved and joint == self._space.target):
                 opens += chance
                 continue
-            lie = flip.p if falls and flip.only in ("any", "moved" if moved else "blocked") else 0.0
+            lie = rate if flip.only in ("any", "moved" if moved else "blocked") else 0.0
             for inverted, share in ((True, lie), (False, 1 - lie)):
-                for others, part in self._others(state.wrong, joint, falls=falls) if share else ():
+                for others, part in self._others(state.wrong, joint, rate) if share else ():
                     goal = self._told(state, place, others, moved=moved, inverted=inverted)
                     goals[goal] = goals.get(goal, 0.0) + chance * share * part
-        self.onward[state, falls] = opens, goals
+        self.onward[state, rate] = opens, goals
         return opens, goals
 
-    def _others(self, wrong: int, joint: int, *, falls: bool) -> list[tuple[int, float]]:
+    def _others(self, wrong: int, joint: int, rate: float) -> list[tuple[int, float]]:
         """The joints besides the attempted one whose positions a report tells falsely, and how probably.
 
         ``wrong`` are the joints that were told falsely before.
         """
-        flip, others = self._world.flip, [other for other in self._order if other != joint]
-        if self._world.tell == "outcome":
-            return [(0, 1.0)]
-        if flip.others == "noisy":
-            chance, possible = flip.p * falls, others
-        else:
-            chance, possible = flip.keep, [other for other in others if wrong >> other & 1]
-        if chance in (0, 1):
-            return [(sum(1 << other for other in possible) if chance else 0, 1.0)]
+        chance, possible = self._world.flip.keep, wrong
+        if self._world.flip.others == "noisy":
+            chance, possible = rate, -1
         found = [(0, 1.0)]
-        for bit in (1 << other for other in possible):
-            found = [
-                one for told, share in found for one in ((told | bit, share * chance), (told, share * (1 - chance)))
-            ]
+        for bit in (1 << other for other in self._order if other != joint and self._world.tell != "outcome"):
+            ways = ((bit, chance), (0, 1 - chance)) if possible & bit else ((0, 1.0),)
+            found = [(told | false, share * part) for told, share in found for false, part in ways if part]
         return found
 
     def _told(self, state: _State, place: int, others: int, *, moved: bool, inverted: bool) -> _State:

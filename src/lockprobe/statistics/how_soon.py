@@ -212,7 +212,7 @@ class ModalityEffect(NamedTuple):
     Attributes:
         modalities: From low to high fidelity.
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
-            modality (``rgbd?depth=height``) have equal fidelity. Without P value with one fidelity or too few clusters.
+            modality (``rgbd?blur=8``) have equal fidelity. Without P value with one fidelity or too few clusters.
         pairs: Every two modalities, the second of higher fidelity: how soon the box is solved in it, corrected for the
             pairs (Holm) and for agents, and its final success less that in the first, corrected for both (Bonferroni);
             None without a trial of equal luck in both.

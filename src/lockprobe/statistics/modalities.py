@@ -22,8 +22,8 @@ _SOURCES: Mapping[str | None, str] = {"verdict": "verdicts of the arm", "camera"
 def spoken(modality: str) -> str:
     """A modality in plain words, with its options. What the paper calls ground truth can be false here.
 
-    >>> spoken("rgbd?depth=height"), spoken("symbolic?tell=state"), spoken("symbolic?form=json")
-    ('RGB-D, depth=height', 'positions in words', 'positions and outcomes as JSON')
+    >>> spoken("rgbd?blur=8"), spoken("symbolic?tell=state"), spoken("symbolic?form=json")
+    ('RGB-D, blur=8', 'positions in words', 'positions and outcomes as JSON')
     """
     spec = Spec.parse(modality, "modality")
     called = _SPOKEN.get(spec.full_name, spec.full_name)

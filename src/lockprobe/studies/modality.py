@@ -1,7 +1,7 @@
 """The modalities by spec: how the box is shown to an agent (paper, Sec. 2.2).
 
 Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture and a depth picture). Options follow a
-question mark: ``symbolic?tell=state``, ``rgbd?depth=height``.
+question mark: ``symbolic?tell=state``, ``rgbd?blur=8``.
 """
 
 from __future__ import annotations
@@ -22,10 +22,8 @@ from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.source import source_of
 
-_DEPTH = {"rgb": "none", "rgbd": "turbo"}
-
-_OF_DEPTH = ("depth", "near", "far")
-"""Options of ``rgbd`` alone."""
+_DEPTH = {"rgb": False, "rgbd": True}
+"""The modalities in pictures -> whether they show depth."""
 
 
 def is_pictured(modality: str) -> bool:
@@ -56,11 +54,8 @@ def shown(modality: str) -> TextChannel | CameraChannel:
     if name == "symbolic":
         source_of(modality)  # an option of words that is the trial's
         return with_options(TextChannel, name, spec.without(["source"]).options)
-    options: dict[str, Any] = arguments_from(CameraChannel, name, spec.options, _OF_DEPTH if name == "rgb" else ())
-    found = CameraChannel(**{"depth": _DEPTH[name], **options})
-    if name == "rgbd" and found.depth == "none":
-        raise BadValue("modality", modality, "rgbd with a kind of depth")
-    return found
+    options: dict[str, Any] = arguments_from(CameraChannel, name, spec.options, ("depth",))
+    return CameraChannel(depth=_DEPTH[name], **options)
 
 
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:

@@ -68,8 +68,8 @@ def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
 def modality_doses(modality: str) -> tuple[str, Mapping[str, str]]:
     """A modality without its doses, and the doses.
 
-    >>> modality_doses("rgbd?blur=8&depth=height")
-    ('rgbd?depth=height', {'blur': '8'})
+    >>> modality_doses("rgbd?blur=8")
+    ('rgbd', {'blur': '8'})
     """
     spec = Spec.parse(modality, "modality")
     doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}

@@ -33,11 +33,10 @@ CAMERA = Camera(
 )
 
 
-@pytest.mark.parametrize("kind", ["turbo", "height"])
-def test_depth_is_read_in_every_form_in_which_it_is_shown(kind):
+def test_depth_is_read_from_its_colours():
     for seed in (0, 2):
         positions = ALL[7 * seed + 5]
-        shown = encode(deep(positions, CAMERA), kind, (0.55, 0.8), CAMERA)
+        shown = encode(deep(positions, CAMERA), 0.55, 0.8)
         assert right([Picture(kind="depth", png=to_png(shown))], positions).min() > 0.5
 
 

@@ -48,7 +48,7 @@ def test_other_files_are_refused_and_those_that_promise_too_much_before_anything
             from_png(bytes(png))
 
 
-# Where things of the panel are seen, and how high above it what is seen is.
+# Where things of the panel are seen.
 def camera(width=40, height=30, focal=600.0, distance=0.72):
     panel = np.diag([1.0, -1, -1, 1])
     panel[2, 3] = distance
@@ -67,7 +67,7 @@ def test_turbo_is_turbo_and_red_is_near():
     published = np.rint(255 * np.array(mpl.colormaps["turbo"].colors)).astype(np.uint8)
     np.testing.assert_array_equal(turbo(), published)
     depth = np.array([[0.1, 0.64, 0.78, 3.0]], np.float32)
-    colours = encode(depth, "turbo", (0.64, 0.78), camera(4, 1))
+    colours = encode(depth)
     assert colours.tolist() == [[[122, 4, 3], [122, 4, 3], [48, 18, 59], [48, 18, 59]]]
 
 

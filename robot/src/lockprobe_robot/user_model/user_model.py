@@ -22,7 +22,7 @@ from lockprobe_robot.user_model.mjcf_file import MjcfModel
 from lockprobe_robot.user_model.model_joints import ModelJoints
 
 PANEL = "panel"
-"""Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
+"""Body that is the board: z out of it. Without it, the board is the frame of the world."""
 
 MOST_CONFIGURATIONS = 64
 """Configurations in which joints are pushed before a study; if trials can reach more, a sample with a fixed seed."""

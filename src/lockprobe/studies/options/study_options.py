@@ -145,7 +145,7 @@ class StudyOptions(BaseModel):
     )
     modality: Several | None = _option(
         "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, also what attempts "
-        "did; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
+        "did; rgb, rgb?blur=8; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
     )
     condition: Conditions | None = _option(
         "Interventions with plus signs between, 'flip?p=0.4 + nudge', or the name that 'NAME=SPEC' gives them; may be"

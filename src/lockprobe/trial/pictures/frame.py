@@ -52,17 +52,6 @@ class Camera:
         middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
         return np.concatenate([middle + self.focal * seen[..., :2] / seen[..., 2:], seen[..., 2:]], axis=-1)
 
-    def heights(self, depth: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Heights above the board's front, metres; undefined where ``depth`` is 0.
-
-        ``depth`` is along the optical axis, metres; it and the heights have the shape (height, width).
-        """
-        z = self.panel[:3, 2]
-        right = (np.arange(self.width) - (self.width - 1) / 2) / self.focal
-        down = (np.arange(self.height) - (self.height - 1) / 2) / self.focal
-        height_per_metre: NDArray[np.float64] = z[0] * right + z[1] * down[:, None] + z[2]
-        return depth * height_per_metre - float(z @ self.panel[:3, 3])
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Frame:
