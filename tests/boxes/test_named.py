@@ -83,7 +83,7 @@ def test_hundreds_of_boxes_are_valid_or_refused_with_the_reason():
     ("change", "mistake", "message"),
     [
         ({"family": "chian"}, UnknownName, "no family is called 'chian'.*random-2 to random-8"),
-        ({"layout": "round"}, UnknownName, "no layout is called 'round'; there are: serial, zigzag, ngram, grid"),
+        ({"layout": "round"}, BadValue, "layout: got 'round', expected one of serial, zigzag, ngram, grid"),
         ({"shortest": 0}, BadValue, "shortest: got 0, expected a whole number from 1 to 256"),
         ({"seed": 2**31}, BadValue, "seed: got 2147483648"),
     ],

@@ -32,7 +32,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import allow, find_plugin, is_own_function, plugin_names
 from lockprobe.foundation.seeds import generator, integer_seed
 from lockprobe.foundation.spec import spec_kind
-from lockprobe.foundation.validation import check_whole
+from lockprobe.foundation.validation import check_choice, check_whole
 
 DEFAULT_BOX = "chain-4"
 _SIZES = range(2, MAX_JOINTS + 1)
@@ -47,23 +47,26 @@ ALIKE = tuple(f"random-4-{seed}" for seed in (7, 8, 18, 21, 49, 70, 72, 81))
 human-inspired strategy 8.5 on average, and the ideal observer 8.3. Kinds and places of joints follow no interlock."""
 
 
-def _in_a_row(size: int) -> list[tuple[str, JointKind]]:
-    """Names and kinds in a row: revolute at both ends, sliders between."""
-    sliders: list[tuple[str, JointKind]] = [(f"slider-{i}", "prismatic") for i in range(1, size - 1)]
-    return [("revolute-left", "revolute"), *sliders, ("revolute-right", "revolute")]
+def _in_a_row(size: int) -> list[str]:
+    """The joints of a row: revolute at both ends, sliders between."""
+    return ["revolute-left", *(f"slider-{i}" for i in range(1, size - 1)), "revolute-right"]
 
 
-def _assemble(name: str, joints: Sequence[tuple[str, JointKind]], interlock: Mapping[str, Sequence[Clause]]) -> Lockbox:
-    """A box at rest with its joints in a row, the first the target; joints without clauses are free."""
+def _assemble(name: str, joints: Sequence[str], interlock: Mapping[str, Sequence[Clause]]) -> Lockbox:
+    """A box at rest with its joints in a row, the first the target; sliders and branches slide, all others turn.
+
+    Joints without clauses are free.
+    """
+    kinds: list[JointKind] = ["prismatic" if joint.startswith(("slider", "branch")) else "revolute" for joint in joints]
     return Lockbox(
         name=name,
         joints=tuple(
             Joint(name=joint, kind=kind, place=(round((i + 0.5) / len(joints), 3), 0.5))
-            for i, (joint, kind) in enumerate(joints)
+            for i, (joint, kind) in enumerate(zip(joints, kinds, strict=True))
         ),
         interlock={joint: tuple(clauses) for joint, clauses in interlock.items() if clauses},
         initial=(False,) * len(joints),
-        target=joints[0][0],
+        target=joints[0],
     )
 
 
@@ -72,9 +75,9 @@ _Rule = Callable[[list[str], list[str]], Clause]
 
 
 def _line(name: str, size: int, rule: _Rule) -> Lockbox:
-    joints = [joint for joint, _ in _in_a_row(size)]
+    joints = _in_a_row(size)
     needs = {joint: rule(joints[:i], joints[i + 1 :]) for i, joint in enumerate(joints)}
-    return _assemble(name, _in_a_row(size), {joint: [clause] for joint, clause in needs.items() if clause})
+    return _assemble(name, joints, {joint: [clause] for joint, clause in needs.items() if clause})
 
 
 _LINES: Mapping[str, _Rule] = {
@@ -90,44 +93,41 @@ def _room(name: str, levers: int) -> Lockbox:
     first: list[Clause] = [{"lever-0": True}]
     others: list[Clause] = [{lever: True} for lever in names[2:]]
     cause = {"door": others, **dict.fromkeys(names[2:], first)}
-    interlock = cause if name == "common-cause" else {"door": first, "lever-0": others}
-    return _assemble(f"{name}-{levers}", [(joint, "revolute") for joint in names], interlock)
+    return _assemble(f"{name}-{levers}", names, cause if name == "common-cause" else {"door": first, "lever-0": others})
 
 
-def _branched() -> Lockbox:
-    """A chain of five; an open slider-2 locks branch-1, and branch-2 needs branch-1 open."""
-    joints: list[tuple[str, JointKind]] = [
-        ("revolute-left", "revolute"),
-        *((f"slider-{i}", "prismatic") for i in (3, 2, 1)),
-        ("revolute-right", "revolute"),
-        ("branch-1", "prismatic"),
-        ("branch-2", "prismatic"),
-    ]
-    interlock: dict[str, list[Clause]] = {j: [{right: True}] for (j, _), (right, _) in pairwise(joints[:5])}
-    interlock |= {"branch-1": [{"slider-2": False}], "branch-2": [{"branch-1": True}]}
-    return _assemble("branched", joints, interlock)
+_BRANCHED = ["revolute-left", "slider-3", "slider-2", "slider-1", "revolute-right", "branch-1", "branch-2"]
 
-
-_FOUR: Mapping[str, Mapping[str, Clause]] = {
-    "fork": {"revolute-left": {"slider-2": True, "slider-1": True}},
-    "converge": {"revolute-left": {"slider-1": True}, "slider-1": {"revolute-right": True, "slider-2": True}},
-    "reset": {
-        "slider-2": {"revolute-right": True},
-        "slider-1": {"slider-2": True},
-        "revolute-left": {"slider-1": True, "revolute-right": False},
-    },
+_OTHERS: Mapping[str, tuple[Sequence[str], Mapping[str, Clause]]] = {
+    "fork": (_in_a_row(4), {"revolute-left": {"slider-2": True, "slider-1": True}}),
+    "converge": (
+        _in_a_row(4),
+        {"revolute-left": {"slider-1": True}, "slider-1": {"revolute-right": True, "slider-2": True}},
+    ),
+    "reset": (
+        _in_a_row(4),
+        {
+            "slider-2": {"revolute-right": True},
+            "slider-1": {"slider-2": True},
+            "revolute-left": {"slider-1": True, "revolute-right": False},
+        },
+    ),
+    "branched": (  # a chain of five; an open slider-2 locks branch-1, and branch-2 needs branch-1 open
+        _BRANCHED,
+        {joint: {right: True} for joint, right in pairwise(_BRANCHED[:5])}
+        | {"branch-1": {"slider-2": False}, "branch-2": {"branch-1": True}},
+    ),
 }
-"""Boxes of the paper's joints, each of which is free or has one clause."""
+"""Boxes each of whose joints is free or has one clause."""
 
 STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
     **{f"{name}-{n}": partial(_line, f"{name}-{n}", n, rule) for name, rule in _LINES.items() for n in _SIZES},
     "gray-code": partial(_line, "gray-code", 4, _LINES["gray-code"]),
     **{
-        name: partial(_assemble, name, _in_a_row(4), {joint: [clause] for joint, clause in clauses.items()})
-        for name, clauses in _FOUR.items()
+        name: partial(_assemble, name, joints, {joint: [clause] for joint, clause in needs.items()})
+        for name, (joints, needs) in _OTHERS.items()
     },
     **{f"{name}-{n}": partial(_room, name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},
-    "branched": _branched,
 }
 """Box by name."""
 
@@ -150,8 +150,7 @@ def generate(
     drawn = _RANDOM.fullmatch(family)
     if family not in STRUCTURES and not drawn:
         raise UnknownName("family", family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
-    if layout not in get_args(LayoutName):
-        raise UnknownName("layout", layout, get_args(LayoutName))
+    check_choice("layout", layout, get_args(LayoutName))
     check_whole("shortest", shortest, 1, 2**MAX_JOINTS)
     check_whole("seed", seed, 0, _SEEDS - 1)
     name = f"{family}-{layout}-{seed}"
@@ -187,8 +186,7 @@ def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox
     An interlock without closed positions is therefore solvable; with closed positions, moves may have to be undone, or
     the box may be unsolvable. No clause names the target.
     """
-    joints = _in_a_row(size)
-    names = [joint for joint, _ in joints]
+    names = _in_a_row(size)
     interlock: dict[str, Sequence[Clause]] = {}
     for i, joint in enumerate(names[:-1]):
         clauses = []
@@ -206,7 +204,7 @@ def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox
                 kept.append(one)
         alone = {item for one in kept if len(one) == 1 for item in one.items()}
         interlock[joint] = [] if any((other, not position) in alone for other, position in alone) else kept  # free
-    return _assemble(name, joints, interlock)
+    return _assemble(name, names, interlock)
 
 
 def box(name: str = DEFAULT_BOX) -> Lockbox:

@@ -72,7 +72,8 @@ def power(
     if refused or (what and form != "power") or (people and over_boxes):
         raise Conflict(form, ", ".join(refused) or what or "--over-boxes", "they describe another design")
     shares, sizes, seed = _numbers("success", success), _numbers("trials", trials, int), asked.get("seed", 1)
-    pool = Processes(min(os.cpu_count() or 1, 8))
+    processes = min(os.cpu_count() or 1, 8)
+    pool = Processes(processes) if processes > 1 else None
     effects: Sequence[Effect]
     if people:
         model, sizes = Clusters(success=tuple(shares), each=boxes_each or 1), _numbers("persons", persons, int)

@@ -18,9 +18,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.workers import THIS_PROCESS, Pool
+from lockprobe.foundation.workers import Lost, Pool
 from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.design import ARMS, PLANNED
 from lockprobe.statistics.differences import any_difference, each_difference
@@ -105,7 +105,7 @@ def power(
     *,
     studies: int = 100,
     seed: int = 1,
-    workers: Pool = THIS_PROCESS,
+    workers: Pool | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[dict[str, Needed]]:
     """Simulate studies of every effect, and count what the report detects.
@@ -115,7 +115,7 @@ def power(
         sizes: Sizes of studies; those of the first effect if there are none.
         studies: Studies of each effect and size.
         seed: Seed of everything.
-        workers: The pool of processes; their number changes nothing.
+        workers: A pool of processes, instead of this one; their number changes nothing.
         progress: Called with the number of batches of at most ten studies done, and of all.
 
     Returns:
@@ -128,14 +128,19 @@ def power(
     if ladder[0] < least or ladder[-1] > _MOST:
         raise BadValue(effects[0].counted, ladder, f"numbers of at least {least} and at most {_MOST}")
     starts = range(0, studies, _BATCH)
-    jobs: list[tuple[Effect, int, int, range]] = [
-        (effect, size, seed, range(studies)[first : first + _BATCH])
-        for effect, size, first in product(effects, ladder, starts)
+    jobs: list[_Job] = [
+        (number, effect, size, seed, range(studies)[first : first + _BATCH])
+        for number, (effect, size, first) in enumerate(product(effects, ladder, starts))
     ]
+    counts = dict[int, Counter[str]]()
+    for job, counted in workers.each(_simulator, jobs) if workers else ((job, _simulated(job)) for job in jobs):
+        if isinstance(counted, Lost):
+            raise Missing(f"a worker was lost before its work was done ({counted.why})", workers.remedy)
+        counts[job[0]] = counted
+        progress(len(counts), len(jobs))
     found = [Counter[str]() for _ in range(len(effects) * len(ladder))]
-    for i, detected in enumerate(workers.map(_simulated, jobs)):
-        found[i // len(starts)] += detected
-        progress(i + 1, len(jobs))
+    for number in range(len(jobs)):
+        found[number // len(starts)] += counts[number]
     needed = []
     for i, effect in enumerate(effects):
         at = dict(zip(ladder, found[i * len(ladder) :], strict=False))
@@ -144,8 +149,12 @@ def power(
     return needed
 
 
-def _simulated(job: tuple[Effect, int, int, range]) -> Counter[str]:
-    effect, size, seed, numbers = job
+def _simulator() -> Callable[[_Job], Counter[str]]:
+    return _simulated
+
+
+def _simulated(job: _Job) -> Counter[str]:
+    _, effect, size, seed, numbers = job
     found = Counter[str]()
     for number in numbers:
         path: tuple[str | int, ...] = (*effect.address, size, number)
@@ -357,6 +366,9 @@ class Clusters:
 
 Effect = Conditions | Clusters
 """What is true of an agent, or of people or boxes. Jobs carry it to other processes."""
+
+_Job = tuple[int, Effect, int, int, range]
+"""The number of a batch, what is true, the size of its studies, the seed, and the numbers of the studies."""
 
 
 @lru_cache(maxsize=1000)

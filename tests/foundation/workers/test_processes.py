@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from lockprobe.foundation.errors import Missing, UserMistake
-from lockprobe.foundation.workers import THIS_PROCESS, Lost, Processes, lose, processes
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.workers import Lost, Processes, lose, processes
 
 
 @pytest.fixture(autouse=True)
@@ -38,11 +38,14 @@ def work(job):
     interrupt_once()
     time.sleep(600)
 
+def begin():
+    return work
+
 if __name__ == "__mp_main__" and STARTING:
     interrupt_once()
 if __name__ == "__main__":
     try:
-        list(Processes(2).map(work, [1, 2, 3, 4]))
+        list(Processes(2).each(begin, [1, 2, 3, 4]))
     except KeyboardInterrupt:
         print("stopped", flush=True)
 """
@@ -75,16 +78,6 @@ def test_processes_end_with_a_killed_one_that_started_them(tmp_path):
         assert run.stderr.read(2) == b"**"
         run.kill()
         assert run.stderr.read() == b""  # it ends when nobody has it open any more
-
-
-def test_results_come_in_the_order_of_the_jobs_and_a_dead_process_is_one_line():
-    assert list(THIS_PROCESS.map(abs, [-3, 1, -2])) == [3, 1, 2]
-    assert list(Processes(2).map(abs, [-3, 1, -2])) == [3, 1, 2]
-    with pytest.raises(
-        Missing,
-        match=r"before its work was done .a worker process died, exit status 9.: is there memory enough for 2\?",
-    ):
-        list(Processes(2).map(os._exit, [9]))
 
 
 def gives_up(job):

@@ -2,6 +2,6 @@
 
 from lockprobe.foundation.workers.cluster import Cluster
 from lockprobe.foundation.workers.pool import Lost, Pool
-from lockprobe.foundation.workers.processes import THIS_PROCESS, Processes, lose
+from lockprobe.foundation.workers.processes import Processes, lose
 
-__all__ = ["THIS_PROCESS", "Cluster", "Lost", "Pool", "Processes", "lose"]
+__all__ = ["Cluster", "Lost", "Pool", "Processes", "lose"]

@@ -12,7 +12,6 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from typing import Any, ClassVar, TypeVar
 
@@ -94,18 +93,6 @@ class Pool(ABC):
             for worker in working:
                 self.dismiss(worker, idle=False)
 
-    def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
-        """The results in the order of the jobs. ``work`` is a function of a module, and has no state."""
-        kept, following = dict[int, _R](), 0
-        begin: Begin[tuple[int, _J], _R] = partial(_of_numbered, work)
-        for (number, _), result in self.each(begin, enumerate(jobs)):
-            if isinstance(result, Lost):
-                raise Missing(f"a worker was lost before its work was done ({result.why})", self.remedy)
-            kept[number] = result
-            while following in kept:
-                yield kept.pop(following)
-                following += 1
-
     @abstractmethod
     def processors(self) -> int:
         """How many workers there can be."""
@@ -128,7 +115,3 @@ class Pool(ABC):
     @abstractmethod
     def dismiss(self, worker: Any, *, idle: bool) -> None:
         """End a worker; what it is doing is lost."""
-
-
-def _of_numbered(work: Callable[[_J], _R]) -> Callable[[tuple[int, _J]], _R]:
-    return lambda job: work(job[1])

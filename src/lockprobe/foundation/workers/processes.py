@@ -7,20 +7,17 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from threading import Thread
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from lockprobe.foundation.child_processes import held_back
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.workers.pool import Begin, Lost, Pool
-
-_J = TypeVar("_J")
-_R = TypeVar("_R")
 
 _ENDS = 5.0
 """Seconds that a process has to end by itself, and then by a signal."""
@@ -40,10 +37,6 @@ class Processes(Pool):
     def __init__(self, count: int = 1) -> None:
         self.count = count
         self.remedy = f"is there memory enough for {count}? try --workers 1"
-
-    def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
-        """:meth:`Pool.map`, in this process if there is one only."""
-        return map(work, jobs) if self.count == 1 else super().map(work, jobs)
 
     def processors(self) -> int:
         """Their number."""
@@ -90,10 +83,6 @@ class Processes(Pool):
             if worker.process.is_alive():
                 end()
         worker.process.join()
-
-
-THIS_PROCESS = Processes(1)
-"""One job after the other, here, for :meth:`Pool.map`."""
 
 
 class _Here:
