@@ -25,7 +25,6 @@ POLICIES = (
     "human-inspired:proximity?lapse=0.2",
     "human-inspired:per-configuration",
     "cognitive:softmax-memory?target=1&closed=0.5&failure=2&decay=0.8&reset=0.5&recent=-1&stay=0.5&position=0.3",
-    "cognitive:random-map?window=2&avoid=failed&lapse=0.1",
 )
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20, places=((0.1, 0.5), (0.5, 0.5), (0.9, 0.5)))
 REPORT = st.tuples(st.sampled_from("ABC"), st.booleans(), st.sets(st.sampled_from("ABC")))

@@ -11,7 +11,6 @@ from lockprobe.agents.strategies import (
     PRESETS,
     HumanInspired,
     RandomAgent,
-    RandomMap,
     RandomNoRepeat,
     RoundRobin,
     SoftmaxMemory,
@@ -85,7 +84,7 @@ PARTS = [
 ]
 POLICIES = [
     RandomAgent(), RandomNoRepeat(), RoundRobin(), *(HumanInspired(**settings) for settings in PRESETS.values()),
-    HumanInspired(lapse=0.3), RandomMap(window=1, avoid="last", lapse=0.2),
+    HumanInspired(lapse=0.3),
     SoftmaxMemory(target=0.4, closed=0.8, failure=2, decay=0.7, reset=0.4, recent=-0.6, stay=0.9, position=0.5),
 ]  # fmt: skip
 
@@ -126,7 +125,7 @@ class OneWithoutMemory:
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"agent": "cognitive:random-map"}, "states of RandomMap on chain-4: got 'more than 50'"),
+        ({"agent": "cognitive:loop-breaker"}, "states of LoopBreaker on chain-4: got 'more than 50'"),
         ({"max_steps": 0}, "max_steps: got 0, expected a whole number from 1 to 10000"),
         ({"p": 2}, "flip rate p: got 2"),
         ({"agent": OneWithoutMemory()}, "agent: got <"),

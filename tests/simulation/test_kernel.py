@@ -47,7 +47,6 @@ AGENTS = (
     "human-inspired:target-first-per-configuration?lapse=0.3",
     "cognitive:softmax-memory?failure=5&recent=2&stay=-2",
     "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.4&target=0.5&closed=1&position=1.5",
-    "cognitive:random-map?window=2&avoid=failed&lapse=0.1",
     "cognitive:loop-breaker",
     Diary(),
 )

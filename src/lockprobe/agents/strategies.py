@@ -233,68 +233,6 @@ class SoftmaxMemory(Policy[Traces]):
         return tuple(weight / sum(weights) for weight in weights)
 
 
-_Perceived = tuple[tuple[int, ...], int, int]
-"""The last attempts with their outcomes, oldest first (2 * joint + moved); the joints reported away from their start;
-the joints that failed since the last perceived move, if those are avoided. The last two have bit j for joint j."""
-
-
-class Habits(NamedTuple):
-    """The memory of the random map."""
-
-    state: _Perceived = (), 0, 0  # what the map looks up
-    first: frozenset[tuple[_Perceived, int]] = frozenset()  # what was first done in each state
-
-
-@dataclass(frozen=True, kw_only=True)
-class RandomMap(Policy[Habits]):
-    """A random fixed function of the agent's perceptions: the most generic explanation by short memory.
-
-    It maps the reported positions and the last ``window`` attempts with their outcomes to a joint. The map is drawn
-    anew for every trial, lazily: in a new state it takes any allowed joint, in a known one the joint that it took there
-    first. Without lapses that is, in distribution, a uniformly random map.
-
-    Attributes:
-        window: Attempts that it remembers, 0 to 3.
-        avoid: Joints never chosen: the one attempted ``last`` (needs a window), those that ``failed`` since the
-            last perceived move, or ``none``.
-        lapse: Probability of any joint instead, [0, 1]. A lapse in a new state enters the map too.
-    """
-
-    before: ClassVar[Habits] = Habits()
-    exact: ClassVar[bool] = True
-    heeds_panel = False
-
-    window: int = 1
-    avoid: Literal["none", "last", "failed"] = "none"
-    lapse: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.window <= 3:
-            raise BadValue("window", self.window, "0 to 3")
-        if self.avoid == "last" and not self.window:
-            raise BadValue("avoid", self.avoid, "none or failed, because the window is 0")
-        check_probability("lapse", self.lapse)
-
-    def remember(self, view: View, memory: Habits, told: Told) -> Habits:
-        """The current state, and the joint attempted in the previous state."""
-        recent, _, failed = memory.state
-        recent = (*recent, 2 * told.joint + told.moved)[-self.window :] if self.window else ()
-        failed = 0 if told.moved or self.avoid != "failed" else failed | 1 << told.joint
-        known = memory.state in dict(memory.first)
-        first = memory.first if known else memory.first | {(memory.state, told.joint)}
-        return Habits((recent, told.shifted or 0, failed), first)
-
-    def probabilities(self, view: View, memory: Habits) -> tuple[float, ...]:
-        """The joint of the map, or equal for all allowed ones if the state is new; lapses are equal for all."""
-        if (done := dict(memory.first).get(memory.state)) is not None:
-            return evenly([done], view, self.lapse)
-        recent, _, barred = memory.state
-        if self.avoid == "last" and recent:
-            barred |= 1 << (recent[-1] // 2)
-        allowed = [joint for joint in range(view.joints) if not barred >> joint & 1]
-        return evenly(allowed or range(view.joints), view, self.lapse)
-
-
 _CYCLE = 3
 """Joints of a loop breaker's cycle, or all if there are fewer."""
 
@@ -372,7 +310,6 @@ STRATEGIES: Mapping[str, tuple[type[Policy[Any]], Mapping[str, object]]] = {
     "human-inspired": (HumanInspired, {}),
     **{f"human-inspired:{name}": (HumanInspired, settings) for name, settings in PRESETS.items()},
     "cognitive:softmax-memory": (SoftmaxMemory, {}),
-    "cognitive:random-map": (RandomMap, {}),
     "cognitive:loop-breaker": (LoopBreaker, {}),
     **{f"cognitive:{name}": (SoftmaxMemory, settings) for name, (_, settings) in CHARACTERS.items()},
 }

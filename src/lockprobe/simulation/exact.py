@@ -22,7 +22,6 @@ from lockprobe.agents.strategies import (
     HumanInspired,
     LoopBreaker,
     RandomAgent,
-    RandomMap,
     RandomNoRepeat,
     SoftmaxMemory,
 )
@@ -89,7 +88,7 @@ def propagate(
     if world.flip.while_ != "always":
         raise BadValue("flip", "while=looping", "none with while, which has to be sampled (lockprobe.run_trial)")
     panel = tuple(range(world.space.joints))
-    heedless = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker)
+    heedless = (RandomAgent, RandomNoRepeat, HumanInspired, IdealObserver, LoopBreaker)
     heeds = policy.position != 0 if type(policy) is SoftmaxMemory else type(policy) not in heedless
     orders = list(permutations(panel)) if heeds else [panel]  # those whose order can matter, unknown ones among them
     solved = [0.0] * (world.budget + 1)

@@ -62,7 +62,7 @@ def rivals():
 
 PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
 HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 96, "_hidden<script>", "llm:\u4e2d\u0e01")
-LONG = tuple(f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2))
+LONG = tuple(f"cognitive:softmax-memory?failure={pull}&decay=0.5&recent=1" for pull in (1, 2))
 STUDIES = {
     "typical": lambda: one_model() + references(),
     "thirty p": lambda: play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
@@ -256,7 +256,7 @@ def test_a_page_embeds_a_figure_whose_text_is_text(typical):
         ("python:" + "x" * 200, "python:" + "x" * 22 + "…"),
         ("llm:openai/gpt-4o-2024-08-06", "llm:openai/gpt-4o-2024-08-06"),
         ("llm:together/meta-llama/Llama-3.3-70B-Instruct", "…Llama-3.3-70B-Instruct"),
-        ("cognitive:random-map?window=1&avoid=last&x=2", "…random-map?window=1&avoid=la…"),
+        ("cognitive:softmax-memory?failure=1&recent=2", "…softmax-memory?failure=1&rec…"),
     ],
 )
 def test_names_are_safe_to_set(name, label):
