@@ -1,6 +1,7 @@
 """The strategies by their own rules: written anew from their docstrings, choice by choice."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -11,8 +12,7 @@ from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
 from lockprobe.agents.strategies import (
     CHARACTERS,
-    PRESETS,
-    HumanInspired,
+    STRATEGIES,
     LoopBreaker,
     SoftmaxMemory,
 )
@@ -64,15 +64,19 @@ BACK = [(1, False, 0), (2, True, 0b100), (2, True, 0)]
     ],
 )  # fmt: skip
 def test_human_inspired_chooses_among_what_its_rules_leave(preset, view, reports, choices):
-    agent = HumanInspired(**PRESETS[preset])
+    agent = STRATEGIES[f"human-inspired:{preset}"]
     chances = after(agent, reports, view)
     assert [joint for joint, chance in enumerate(chances) if chance > 0] == choices
 
 
-@given(preset=st.sampled_from(list(PRESETS)), lapse=st.sampled_from([0.0, 0.3, 1.0]), reports=REPORTS)
+@given(
+    preset=st.sampled_from([name for name in STRATEGIES if name.startswith("human")]),
+    lapse=st.sampled_from([0.0, 0.3, 1.0]),
+    reports=REPORTS,
+)
 def test_human_inspired_always_has_a_choice_and_lapses_are_equal_for_all(preset, lapse, reports):
-    agent = HumanInspired(**PRESETS[preset], lapse=lapse)
-    sure = after(HumanInspired(**PRESETS[preset]), reports, LINE)
+    agent = replace(STRATEGIES[preset], lapse=lapse)
+    sure = after(STRATEGIES[preset], reports, LINE)
     choices = [joint for joint, chance in enumerate(sure) if chance > 0]
     assert choices
     expected = [lapse / 4 + (1 - lapse) * (joint in choices) / len(choices) for joint in range(4)]

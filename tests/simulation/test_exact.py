@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lockprobe.agents.strategies import (
-    PRESETS,
+    STRATEGIES,
     HumanInspired,
     RandomAgent,
     RandomNoRepeat,
@@ -83,7 +83,7 @@ PARTS = [
     *(replace(FLIP, part="position", inverts=one) for one in ("position", "outcome")),
 ]
 POLICIES = [
-    RandomAgent(), RandomNoRepeat(), RoundRobin(), *(HumanInspired(**settings) for settings in PRESETS.values()),
+    RandomAgent(), RandomNoRepeat(), RoundRobin(), *(one for name, one in STRATEGIES.items() if name.startswith("human")),
     HumanInspired(lapse=0.3),
     SoftmaxMemory(target=0.4, closed=0.8, failure=2, decay=0.7, reset=0.4, recent=-0.6, stay=0.9, position=0.5),
 ]  # fmt: skip

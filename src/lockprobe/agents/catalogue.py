@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import iscoroutinefunction
 from math import inf
 from typing import Any, Literal
 
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.policy import Policy
-from lockprobe.agents.strategies import CHARACTERS, PRESETS, STRATEGIES, HumanInspired
+from lockprobe.agents.strategies import CHARACTERS, STRATEGIES
 from lockprobe.agents.viewer import Viewer
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import find_plugin, first_line, has_methods, plugin_names
-from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name, with_options
+from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
 
@@ -36,18 +36,13 @@ SAME_IN_ALL_TRIALS = ("client", "wording")
 
 _OUTSIDE = {
     PEOPLE: (r"(:[a-z0-9]{4,32})?", "participant, or participant:ID with 4 to 32 lower-case letters and digits"),
-    MCP: (
-        r":[A-Za-z0-9][A-Za-z0-9._-]{0,63}",
-        "mcp:NAME with at most 64 letters, digits, dots, hyphens and underscores",
-    ),
+    MCP: (r":[A-Za-z0-9][A-Za-z0-9._-]{0,63}", "mcp:NAME with at most 64 letters, digits, dots, hyphens, underscores"),
 }
 """Agents outside of the loop, whom a server waits for: how their specs go on after the kind, and the same in words."""
 
-_KINDS = {spec_kind(name) for name in STRATEGIES} | {_OBSERVER, "viewer"}
-
 _SAID = {
-    **{name: first_line(kind) for name, (kind, _) in STRATEGIES.items()},
-    **{f"cognitive:{name}": said for name, (said, _) in CHARACTERS.items()},
+    **{name: first_line(type(one)) for name, one in STRATEGIES.items()},
+    **{f"cognitive:{name}": said for name, said in CHARACTERS.items()},
     _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior.",
     "viewer": "Reads pictures and plays any strategy with its readings.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
@@ -56,19 +51,19 @@ _SAID = {
 """Name or kind -> what the agent is, in a sentence."""
 
 
-def _with_options(name: str, kind: type[Policy[Any]]) -> str:
-    options = ", ".join(options_of(kind))
-    return f"{_SAID[name]} Options: {options}." if options else _SAID[name]
+_PRESETS = [name.partition(":")[2] for name in STRATEGIES if name.startswith("human-inspired:")]
+_OF_A_FORM = {*_PRESETS, *CHARACTERS, "human-inspired"}
+
+
+def _with_options(name: str, more: str = "") -> str:
+    options = ", ".join(options_of(type(STRATEGIES[name])))
+    return f"{_SAID[name]} Options: {options}.{more}" if options else _SAID[name]
 
 
 KNOWN: Mapping[str, str] = {
-    **{
-        name: _with_options(name, kind)
-        for name, (kind, preset) in STRATEGIES.items()
-        if not preset and kind is not HumanInspired
-    },
+    **{name: _with_options(name) for name in STRATEGIES if name.rpartition(":")[2] not in _OF_A_FORM},
     _OBSERVER: f"{_SAID[_OBSERVER]} Options: prior, noise, reading.",
-    "human-inspired[:PRESET]": f"{_with_options('human-inspired', HumanInspired)} Presets: {', '.join(PRESETS)}.",
+    "human-inspired[:PRESET]": _with_options("human-inspired", f" Presets: {', '.join(_PRESETS)}."),
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": f"{_SAID['viewer']} It can misread; its strategy is {_VIEWED} unless you name one. "
     "Options: acuity, and its strategy's.",
@@ -118,7 +113,7 @@ def is_strategy(spec: str) -> bool:
     >>> is_strategy("human-inspired"), is_strategy("llm:local")
     (True, False)
     """
-    return spec_kind(spec) in _KINDS
+    return spec_kind(spec) in {"viewer", _OBSERVER, *map(spec_kind, STRATEGIES)}
 
 
 def is_local(spec: Spec) -> bool:
@@ -175,14 +170,15 @@ def resolve(text: str, access: Access | None = None) -> AgentSource:
 
 
 def _strategy(spec: Spec) -> Policy[Any]:
+    found = STRATEGIES.get(spec.full_name)
     if spec.full_name == _OBSERVER:
         from lockprobe.agents.ideal_observer import IdealObserver
 
-        return with_options(IdealObserver, spec.kind, spec.options)
-    if (found := STRATEGIES.get(spec.full_name)) is None:
+        found = IdealObserver()
+    if found is None:
         raise UnknownName("strategy", spec.full_name, [*STRATEGIES, _OBSERVER])
-    kind, settings = found
-    return with_options(kind, spec.full_name, spec.options, settings)
+    given: Any = arguments_from(type(found), spec.full_name, spec.options)
+    return replace(found, **given)  # type: ignore[type-var]  # all are dataclasses
 
 
 def _viewer(spec: Spec) -> Viewer:

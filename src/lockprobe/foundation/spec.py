@@ -157,11 +157,9 @@ def in_words(value: object) -> str:
     return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)
 
 
-def with_options(
-    kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
-) -> Made:
-    """A dataclass with its fields from a preset and from options as text; options override the preset."""
-    return kind(**{**(preset or {}), **arguments_from(kind, name, options)})
+def with_options(kind: type[Made], name: str, options: Mapping[str, str]) -> Made:
+    """A dataclass with its fields from options as text."""
+    return kind(**arguments_from(kind, name, options))
 
 
 def arguments_from(

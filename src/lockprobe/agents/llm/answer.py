@@ -85,9 +85,12 @@ _ERROR_PAGE = re.compile(
 )
 """How texts begin that a gateway writes in the place of a reply."""
 
+CUT_OFF = "max_tokens"
+"""Why a reply stopped that reached its limit."""
+
 _STOPS = {
     **dict.fromkeys(("stop", "end_turn", "stop_sequence", "eos", "complete"), "stop"),
-    **dict.fromkeys(("length", "max_tokens", "max_output_tokens"), "max_tokens"),
+    **dict.fromkeys(("length", "max_tokens", "max_output_tokens"), CUT_OFF),
     **dict.fromkeys(("tool_calls", "function_call", "tool_use"), "tool_calls"),
 }
 """How servers name the reason for the end of a reply, in small letters, and how a call does."""
@@ -206,7 +209,7 @@ def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) 
         return "", "tool_calls", thoughts
     if not empty:
         refusal = _error_as_text(str(text))
-    elif stop != "max_tokens":  # no model gives an empty reply without a token, a thought or a reason for its end
+    elif stop != CUT_OFF:  # no model gives an empty reply without a token, a thought or a reason for its end
         nothing = not counted.output_tokens or (text is None and not counted.reasoning_tokens)
         if not reasons or (nothing and not thoughts):
             reason = " ".join(reason for _, reason in reasons) or "without a reason for its end"
