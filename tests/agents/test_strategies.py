@@ -10,12 +10,7 @@ from hypothesis import strategies as st
 from lockprobe import population, run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Told, View
-from lockprobe.agents.strategies import (
-    CHARACTERS,
-    STRATEGIES,
-    LoopBreaker,
-    SoftmaxMemory,
-)
+from lockprobe.agents.strategies import CHARACTERS, STRATEGIES, LoopBreaker, SoftmaxMemory
 from lockprobe.simulation.exact import propagate
 
 FOUR = View(joints=4, target=0)

@@ -10,15 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from lockprobe.agents.policy import Policy, Told, View
-from lockprobe.boxes.beliefs import (
-    PRIORS,
-    Belief,
-    KnownReading,
-    begin,
-    interlocks,
-    noise_model,
-    update,
-)
+from lockprobe.boxes.beliefs import PRIORS, Belief, KnownReading, begin, interlocks, noise_model, update
 from lockprobe.boxes.planning import best_joints
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.trial.record import Outcome

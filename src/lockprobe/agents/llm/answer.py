@@ -49,32 +49,24 @@ _REFUSED_FOR = re.compile(
 _REFUSED_IN_WORDS = re.compile(r"content exists risk|inappropriate content|requires moderation", re.IGNORECASE)
 """How the code or type of an error names a refusal; few services say it in words alone."""
 
-_MENDING = (
-    (
-        (
-            r"^(?!.*answered 429).*(?:context.?(?:length|window).?exceeded|maximum context length"
-            r"|exceed\w* (?:the )?(?:available )?context|(?:prompt|input) is too long|input token count .* exceeds)"
-        ),
-        "give it a larger context, or the trials fewer steps",
+_MENDING = {
+    "give it a larger context, or the trials fewer steps": (
+        r"^(?!.*answered 429).*(?:context.?(?:length|window).?exceeded|maximum context length"
+        r"|exceed\w* (?:the )?(?:available )?context|(?:prompt|input) is too long|input token count .* exceeds)"
     ),
-    (
-        r"answered 402|insufficient_quota|credit balance|(?!.*retry in \d)(?:exceeded your current quota|billing)",
-        "raise the quota or top up the account",
+    "raise the quota or top up the account": (
+        r"answered 402|insufficient_quota|credit balance|(?!.*retry in \d)(?:exceeded your current quota|billing)"
     ),
-    (r"per.?day|daily|\b[RT]PD\b", "wait until its daily limit is renewed, or raise it"),
-    (
-        r"response.?format|json.?schema|structured.?output|output_config|guided|grammar",
-        "ask for the form of the reply in words, with the option schema=none",
+    "wait until its daily limit is renewed, or raise it": r"per.?day|daily|\b[RT]PD\b",
+    "ask for the form of the reply in words, with the option schema=none": (
+        r"response.?format|json.?schema|structured.?output|output_config|guided|grammar"
     ),
-    (
-        (
-            r"(?=.*(?:unsupported|not supported|unrecogni[sz]ed|unknown|not permitted|no endpoints found that))"
-            r".*(?:param|argument|temperature|top_p|effort|reasoning|thinking|max\w*_tokens)"
-        ),
-        "leave that option out of the spec",
+    "leave that option out of the spec": (
+        r"(?=.*(?:unsupported|not supported|unrecogni[sz]ed|unknown|not permitted|no endpoints found that))"
+        r".*(?:param|argument|temperature|top_p|effort|reasoning|thinking|max\w*_tokens)"
     ),
-)
-"""What an error that no later attempt mends says, and what does mend it."""
+}
+"""What mends an error that no later attempt does, and what such an error says."""
 
 _ERROR_PAGE = re.compile(
     r"\W*(?:<!doctype html|<html|(?:http |error:? )*5\d\d:? (?:internal|bad|service|gateway)"
@@ -118,7 +110,7 @@ class NoReply(Exception):
         if status is not None:
             words = f"the provider answered {'with an error' if status < 300 else status}: {words}"
             again = again and (status < 300 or status in (408, 409, 425, 429) or status >= 500)
-        remedy = next((remedy for said, remedy in _MENDING if re.search(said, words, re.IGNORECASE)), "")
+        remedy = next((remedy for remedy, said in _MENDING.items() if re.search(said, words, re.IGNORECASE)), "")
         super().__init__(f"{words}{MENDING}{remedy}" if remedy else words)
         self.again = again and not remedy
         self.charged = charged or status in (504, 524)  # a gateway gave up, and the server may have gone on
@@ -139,14 +131,11 @@ def read_answer(
     if 300 <= status < 400:
         there = f"it sends the conversation to {_line(headers.get('location', 'elsewhere'))}"
         raise NoReply(f"{there}{MENDING}name that server", status=status)
-    try:
-        came, unread = json.loads(content), ""
-    except (ValueError, RecursionError) as error:
-        came, unread = content.decode("utf-8", "replace"), str(error)
-    if not isinstance(came, dict):
+    whole = content.decode("utf-8-sig", "replace")
+    if (came := _object(whole)) is None:
         if status < 400:
-            raise NoReply(f"a reply that cannot be read ({_line(unread or str(came))})", charged=True)
-        came = {"error": str(came)}
+            raise NoReply(f"a reply that cannot be read ({_line(whole)})", charged=True)
+        came = {"error": whole}
     if "stop_reason" in came:
         came = _of_messages(came)
     usage = None if status >= 400 else _usage(came)
@@ -157,9 +146,8 @@ def read_answer(
         none.usage, none.wait = replace(usage or Usage(), calls=0), float(wait[0]) if wait else None
         raise
     if names and not text.strip():
-        with suppress(ValueError, RecursionError):
-            last = json.loads(thoughts[thoughts.rfind("{") :])
-            stop = IN_REASONING if isinstance(last, dict) and last.keys() >= set(names) else stop
+        last = _object(thoughts[thoughts.rfind("{") :]) or {}
+        stop = IN_REASONING if last.keys() >= set(names) else stop
     model, provider, version = (
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
@@ -176,16 +164,14 @@ def read_answer(
 
 def _read(came: Mapping[str, Any], status: int, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
-    if status >= 400:
-        errors = (came.get("error"), came.get("detail"), came, "no error is named")  # the last one always is one
-        refusal = next(filter(None, (_refusal_in({"error": error}, "error", status=status) for error in errors)))
-        return refusal, REFUSED, ""
     choices = came.get("choices")
-    if not isinstance(choices, list) or not choices:
-        if refusal := _refusal_in(came, "error", "errors", "detail", "message"):
-            return refusal, REFUSED, ""
-        raise NoReply("no reply in its answer", status=status, charged=True)
-    return _choice(_mapping(choices[0]), came, counted)
+    if status < 400 and isinstance(choices, list) and choices:
+        return _choice(_mapping(choices[0]), came, counted)
+    if refusal := _refusal_in(came, "error", "errors", "detail", "message", status=status):
+        return refusal, REFUSED, ""
+    raise NoReply(
+        "no error is named" if status >= 400 else "no reply in its answer", status=status, charged=status < 400
+    )
 
 
 def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) -> tuple[str, str, str]:
@@ -225,8 +211,7 @@ def _error_as_text(text: str) -> str:
     if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
         raise NoReply(_line(text), status=200, charged=True)
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
-        with suppress(ValueError, RecursionError):
-            return _refusal_in(_mapping(json.loads(text)), "error", charged=True)
+        return _refusal_in(_object(text) or {}, "error", charged=True)
     return ""
 
 
@@ -240,7 +225,7 @@ def _refusal_in(holder: Mapping[str, Any], *names: str, status: int = 200, charg
     said = said[0] if isinstance(said, list) else said
     if said is None or (isinstance(said, dict) and not any(said.values())):
         return ""
-    parts = said if isinstance(said, dict) else {"code": holder.get("code")}
+    parts = said if isinstance(said, dict) else {name: holder.get(name) for name in ("code", "type")}
     words, named = _line(str(parts.get("message") or said)), f"{parts.get('code')} {parts.get('type')}"
     flagged = _mapping(parts.get("metadata")).get("reasons") or _REFUSED_FOR.search(named)
     if (flagged or _REFUSED_IN_WORDS.search(words)) and status in (200, 400, 403, 422, 451):
@@ -257,13 +242,10 @@ def _of_messages(came: Mapping[str, Any]) -> dict[str, Any]:
     names = ("input_tokens", "cache_read_input_tokens", "cache_creation_input_tokens", "output_tokens")
     fresh, cached, stored, written = (counts.get(name) or 0 for name in names)
     why = ": ".join(str(details[name]) for name in ("category", "explanation") if details.get(name))
-    usage = None
+    usage: dict[str, Any] = {}
     if counts and all(type(number) is int for number in (fresh, cached, stored, written)):
-        usage = {
-            "prompt_tokens": fresh + cached + stored,
-            "completion_tokens": written,
-            "prompt_tokens_details": {"cached_tokens": cached, "cache_write_tokens": stored},
-        }
+        usage = {"prompt_tokens": fresh + cached + stored, "completion_tokens": written}
+        usage["prompt_tokens_details"] = {"cached_tokens": cached, "cache_write_tokens": stored}
     message = {"content": came.get("content"), "refusal": why if stop == "refusal" else ""}
     reason = "interrupted" if stop == "pause_turn" else stop
     return {**came, "choices": [{"message": message, "finish_reason": reason}], "usage": usage}
@@ -315,6 +297,13 @@ def _usage(came: Mapping[str, Any]) -> Usage | None:
         return None
     names = ("input_tokens", "output_tokens", "cached_tokens", "stored_tokens", "reasoning_tokens")
     return Usage(calls=1, **dict(zip(names, numbers, strict=True)))
+
+
+def _object(text: str) -> dict[str, Any] | None:
+    """The JSON object that a text is; None if it is none."""
+    with suppress(ValueError, RecursionError):
+        return found if isinstance(found := json.loads(text), dict) else None
+    return None
 
 
 def _mapping(value: object) -> Mapping[str, Any]:
