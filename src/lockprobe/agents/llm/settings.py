@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import ceil
-from typing import Literal
+from typing import Any, Literal
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.agents.prompt import Message
@@ -32,20 +32,6 @@ _LEFT = "provider default"
 _ON_RECORD = ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")
 """The options of which the record says what was sent."""
 
-_RANGES = {
-    "temperature": (0, 2),
-    "top_p": (0.001, 1),
-    "max_tokens": (1, 10**7),
-    "images": (0, 10**6),
-    "repairs": (0, 20),
-    "connections": (1, 10_000),
-    "timeout": (0.01, 86_400),
-    "retries": (0, 100),
-    "pause": (0, 60),
-    "connect": (0.01, 86_400),
-}
-"""The least and the most that an option may be."""
-
 CHARACTERS_A_TOKEN = 3.1
 """Characters per token of our conversations: 9833 in 3179 tokens of SmolLM2-135M's tokenizer (instruction, schema, and
 observations and replies of six trials of ``human-inspired`` at p = 0.2). It is 2.0 in observations, 3.2 in replies and
@@ -64,16 +50,20 @@ MOST_OUTPUT = 32_768
 """The assumed limit of a reply in tokens where no limit is known or sent."""
 
 
+def _within(least: float, most: float, usual: float | None = None) -> Any:
+    return field(default=usual, metadata={"range": (least, most)})
+
+
 def _check_ranges(made: ModelSettings | Access) -> None:
     for option in fields(made):
-        value, (least, most) = getattr(made, option.name), _RANGES.get(option.name, (0, 0))
+        value, (least, most) = getattr(made, option.name), option.metadata.get("range", (0, 0))
         if most and value is not None and not least <= value <= most:
             raise BadValue(option.name, value, f"a number from {least} to {most}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelSettings:
-    """The options of a model, each in the range of its name above. One that is None is not sent: the provider decides.
+    """The options of a model, each within its least and most. One that is None is not sent: the provider decides.
 
     Attributes:
         effort: The reasoning effort.
@@ -86,15 +76,15 @@ class ModelSettings:
         repairs: How often a malformed reply is requested again before the trial ends as ``error``.
     """
 
-    temperature: float | None = None
-    top_p: float | None = None
+    temperature: float | None = _within(0, 2)
+    top_p: float | None = _within(0.001, 1)
     effort: Effort | None = None
-    max_tokens: int | None = None
+    max_tokens: int | None = _within(1, 10**7)
     schema: Schema | None = None
     upstream: str | None = None
-    images: int = 0
+    images: int = _within(0, 10**6, 0)
     detail: Literal["auto", "low", "high"] = "high"
-    repairs: int = 4
+    repairs: int = _within(0, 20, 4)
 
     def __post_init__(self) -> None:
         _check_ranges(self)
@@ -201,11 +191,11 @@ class Access:
         connect: Seconds within which a server has to take a connection.
     """
 
-    connections: int = 10
-    timeout: float = 120.0
-    retries: int = 6
-    pause: float = 0.5
-    connect: float = 10.0
+    connections: int = _within(1, 10_000, 10)
+    timeout: float = _within(0.01, 86_400, 120.0)
+    retries: int = _within(0, 100, 6)
+    pause: float = _within(0, 60, 0.5)
+    connect: float = _within(0.01, 86_400, 10.0)
 
     def __post_init__(self) -> None:
         _check_ranges(self)
