@@ -1,6 +1,7 @@
 """What every policy has in common: a memory that is a value, and one draw from its probabilities, which are checked."""
 
 import asyncio
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -13,17 +14,14 @@ from lockprobe import Policy, propagate, run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.local import LocalModel
 from lockprobe.agents.policy import Told, draw, tell
+from lockprobe.agents.strategies import STRATEGIES
 from lockprobe.foundation.errors import BadValue, UserMistake
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 POLICIES = (
-    "random",
-    "random-no-repeat",
-    "round-robin",
-    "human-inspired",
+    *STRATEGIES,
     "human-inspired:proximity?lapse=0.2",
-    "human-inspired:per-configuration",
     "cognitive:softmax-memory?target=1&closed=0.5&failure=2&decay=0.8&reset=0.5&recent=-1&stay=0.5&position=0.3",
 )
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20, places=((0.1, 0.5), (0.5, 0.5), (0.9, 0.5)))
@@ -55,11 +53,7 @@ SILENT = Percept(joint="B")
         (SILENT, [OPENING], None),
         (MOVED, [SILENT], None),  # where it stood before is not known
         (OPENING, [], None),
-        (
-            Percept(joint="A", outcome="moved", positions=(True, True, False)),
-            [OPENING],
-            Told(joint=1, moved=True, shifted=0b010),
-        ),
+        (replace(MOVED, outcome="moved"), [OPENING], Told(joint=1, moved=True, shifted=0b010)),
         (Percept(joint="C", outcome="blocked"), [Percept()], Told(joint=0, moved=False)),
     ],
 )
