@@ -10,7 +10,6 @@ import signal
 from contextlib import ExitStack
 from pathlib import Path
 
-import forked
 import pytest
 from _pytest.doctest import DoctestModule
 from hypothesis import settings
@@ -38,16 +37,6 @@ ROOMS = Path(__file__).parent
 
 QUICK = tuple(f"tests/{room}/" for room in ("boxes", "foundation", "interventions", "trial"))
 """Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
-
-
-def pytest_configure(config):
-    """Before workers start: one interpreter imports what commands need, for all of them, while they collect."""
-    if (
-        getattr(config.option, "numprocesses", None)
-        and config.option.markexpr != "quick"
-        and forked.SHARED not in os.environ
-    ):
-        forked.share()
 
 
 def pytest_ignore_collect(collection_path, config):

@@ -1,19 +1,13 @@
-"""A command as typed, in a process of its own or in this one."""
+"""A command as typed, in this process."""
 
 import contextlib
 import io
 import subprocess
 
-import forked
 import pytest
 from typer.testing import CliRunner
 
 from lockprobe.cli import build, main
-
-
-def typed(*arguments, **settings):
-    """Runs ``lockprobe`` to its end: exit status, output and errors; the directory and so on are ``forked.run``'s."""
-    return forked.run(arguments, **settings)
 
 
 def in_process(*words, stdin=""):

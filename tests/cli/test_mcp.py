@@ -32,9 +32,6 @@ STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
 OPTIONS = ["flips", "--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]
 PAGE = (Path(__file__).parents[2] / "docs" / "tools.md").read_text("utf-8")
 
-FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp"
-"""What takes seconds to import, and is the same for every server."""
-
 HELLO = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "wire", "version": "1"}}
 
 
@@ -44,7 +41,7 @@ class Wire:
     def __init__(self, *asked, cwd=None, hello=True):
         reads, writes = os.pipe()
         self.process = forked.start(
-            ["mcp", *asked], first=FIRST, stdin=reads, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=cwd
+            ["mcp", *asked], stdin=reads, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, cwd=cwd
         )
         os.close(reads)
         self._to = os.fdopen(writes, "wb", buffering=0)

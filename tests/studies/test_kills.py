@@ -36,14 +36,6 @@ KILLS = int(os.environ.get("LOCKPROBE_KILLS", "2"))
 MOMENTS = 0.2
 """Within so many seconds from its first call a run is killed: that is several replies on each connection."""
 
-MODEL = "import lockprobe.agents.llm.model"
-"""What takes long and is the same for every command that asks a model."""
-
-
-def start(*asked):
-    """Starts ``lockprobe`` in a process of its own, which says nothing."""
-    return forked.start(asked, first=MODEL, stdout=subprocess.DEVNULL)
-
 
 def settled(url):
     """The server's account once nothing is on its way."""
@@ -98,7 +90,7 @@ def no_keys(monkeypatch):
 def runs(directory):
     """Starts ``lockprobe run`` in a process of its own."""
     asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS]
-    return start(*asked, "--no-report", "--out", directory)
+    return forked.start([*asked, "--no-report", "--out", directory], stdout=subprocess.DEVNULL)
 
 
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
