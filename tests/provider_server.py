@@ -19,7 +19,10 @@ import sys
 import threading
 import urllib.request
 from collections import Counter
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field
+
+import pytest
 
 HTTP_FAULTS = (
     "429 with Retry-After",
@@ -107,8 +110,9 @@ ASKED = ("ANTHROPIC", "FAKE", "OPENAI", "OPENROUTER")
 class Server:
     """Answers chat completions by a function, with latency and faults, and counts.
 
-    It serves from a thread while its ``with`` block runs, because the caller's thread may run an event loop. What the
-    function raises is answered with status 400 and raised again at the end of the block.
+    It serves from a thread while its ``with`` block runs, because the caller's thread may run an event loop, and is
+    the provider of ``llm:openai-api/fake/…`` meanwhile. What the function raises is answered with status 400 and raised
+    again at the end of the block.
 
     Attributes:
         url: Base URL, once it runs.
@@ -139,9 +143,12 @@ class Server:
         self._thread = threading.Thread(target=self._run, args=(serving,), daemon=True)
         self._thread.start()
         ready.wait()
+        self._named = ExitStack()
+        self._named.enter_context(named(self.url))
         return self
 
     def __exit__(self, kind, error, trace):
+        self._named.close()
         self._loop.call_soon_threadsafe(self._end.set_result, None)
         self._thread.join()
         if self._raised is not None and error is None:
@@ -252,16 +259,26 @@ class Server:
         return status, whole.replace(b":", b";", 3) or content
 
 
+@contextlib.contextmanager
+def named(url):
+    """The environment says that the fake provider is there, and has a key for it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FAKE_BASE_URL", url)
+        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+        yield
+
+
 here = Server
 """A server in a thread of this process."""
 
 
 @contextlib.contextmanager
 def elsewhere(manner=None):
-    """The base URL of a server in a process of its own; it dies with this one."""
+    """The base URL of a server in a process of its own, which is the fake provider meanwhile; it dies with this one."""
     command = [sys.executable, __file__, json.dumps(asdict(manner or Manner()))]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        yield process.stdout.readline().strip()
+        with named(url := process.stdout.readline().strip()):
+            yield url
         process.stdin.close()
         process.stdout.close()
 

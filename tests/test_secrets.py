@@ -165,9 +165,9 @@ def test_a_url_with_user_password_and_token_reaches_the_provider_and_no_file(tmp
     run = ["run", "flips", "--agent", "llm:openai-api/fake/model", "--p", "0", "--trials", "1", "--repetitions", "1"]
     with contextlib.ExitStack() as stack:
         server = stack.enter_context(here())
-        monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
         if not answers:
             stack.close()
+        monkeypatch.setenv("FAKE_BASE_URL", plant(monkeypatch, server.url))
         printed = command(*run, "--retries", "0", "--no-report", "--out", tmp_path / "study")
     assert [one["ending"] for one in records(tmp_path / "study")] == [ending]
     assert leaks(printed.encode()) == set()

@@ -6,13 +6,12 @@ One table of sabotages holds it: each edits the files of a study as somebody doe
 import asyncio
 import json
 import shutil
-from contextlib import contextmanager
 from copy import deepcopy
 from functools import partial
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
-from provider_server import ENDS, Manner, here, truthful
+from provider_server import ENDS, Manner, here
 from saboteur import Evidence, flipped, relabelled, reply_of
 from stored import acts, sql
 from taking_part import take_part
@@ -99,19 +98,16 @@ def people(directory):
     run_study(planned, directory)
 
 
-@contextmanager
-def provider(answer=truthful, **manner):
+def provider(**manner):
     """The provider of a hosted model."""
-    with pytest.MonkeyPatch.context() as patch, here(answer, Manner(**manner)) as server:
-        patch.setenv("FAKE_BASE_URL", server.url)
-        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-        yield patch
+    return here(manner=Manner(**manner))
 
 
 def bench(directory):
     """A model and a strategy on a plant of one's own, with replies that could not be used."""
     (directory.parent / "own_bench.py").write_text(PLANT, "utf-8")
-    with provider(None, faults={"wrong schema": 0.2, "refusal": 0.05}, seed=3) as patch:
+    faults = {"wrong schema": 0.2, "refusal": 0.05}
+    with provider(faults=faults, seed=3), pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(directory.parent)
         plant = "python:own_bench:Bench"
         planned = study(

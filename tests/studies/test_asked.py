@@ -374,13 +374,11 @@ The panel's joints: C, D, B, A. The target joint: B.
 {"positions": {"C": 0, "D": 0, "B": 0, "A": 0}}"""
 
 
-def test_as_paper_a_hosted_model_is_sent_these_messages(tmp_path, monkeypatch):
+def test_as_paper_a_hosted_model_is_sent_these_messages(tmp_path):
     """Labels and states of all joints after every step, no outcome, no hypothesis, and the last action assessed."""
-    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
     chosen = iter("CADC")
 
     with here(lambda request: replying(request, next(chosen))) as server:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
         asked = {"as_paper": True, "p": [0], "trials": 1, "repetitions": 1, "max_steps": 4}  # what is given wins
         found = study("flips", agent="llm:openai-api/fake/model", **asked)
         limits = Limits(access=Access(connections=1))

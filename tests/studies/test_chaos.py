@@ -23,17 +23,8 @@ SPEC = "llm:openai-api/fake/model"
 TRIALS = int(os.environ.get("LOCKPROBE_CHAOS", "18"))
 
 
-@pytest.fixture(autouse=True)
-def no_keys(monkeypatch):
-    for name in os.environ:
-        if name.endswith(("_API_KEY", "_BASE_URL")):
-            monkeypatch.delenv(name)
-    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-
-
-def played(directory, monkeypatch, server, planned, access):
+def played(directory, planned, access):
     """The trials of a study after one run, which may give its model up."""
-    monkeypatch.setenv("FAKE_BASE_URL", server.url)
     with Journal.open(directory, planned) as journal, suppress(AgentsGivenUp):
         run(planned, journal, limits=Limits(access=access))
     return load(directory)
@@ -84,27 +75,22 @@ def test_the_tables_hold_every_fault():
 @pytest.fixture(scope="module")
 def right(tmp_path_factory):
     """The record of the one trial where nothing goes wrong."""
-    with pytest.MonkeyPatch.context() as patch, here() as server:
-        patch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-        return played(tmp_path_factory.mktemp("right"), patch, server, ONE, QUICK)
+    with here():
+        return played(tmp_path_factory.mktemp("right"), ONE, QUICK)
 
 
-def test_a_provider_that_fails_for_a_while_is_asked_again_and_leaves_no_trace_in_the_record(
-    tmp_path, monkeypatch, right
-):
+def test_a_provider_that_fails_for_a_while_is_asked_again_and_leaves_no_trace_in_the_record(tmp_path, right):
     with here(manner=Script("", "500", "dropped midway")) as server:
-        assert played(tmp_path, monkeypatch, server, ONE, QUICK) == right
+        assert played(tmp_path, ONE, QUICK) == right
     assert server.faults == {"500": 1, "dropped midway": 1}
     assert [call.retries for call in read_calls(tmp_path)] == [0, 2, *[0] * (len(right[0].steps) - 2)]
 
 
 @pytest.mark.parametrize(("kind", "message"), FAULTY.items())
-def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
-    tmp_path, monkeypatch, right, kind, message
-):
+def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(tmp_path, right, kind, message):
     with here(manner=Script("", kind, kind, kind)) as server:
         patience = replace(QUICK, timeout=0.3) if kind == "stalled" else QUICK
-        (trial,) = played(tmp_path, monkeypatch, server, ONE, patience)
+        (trial,) = played(tmp_path, ONE, patience)
         assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "model", 2)
         assert message in trial.error.message
         assert trial.error.message.endswith("(tried 3 times)")
@@ -112,25 +98,25 @@ def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
         assert trial.owed_again
         failed = list(read_calls(tmp_path))[-1]
         assert (failed.step, failed.reply, failed.error) == (2, None, trial.error.message)
-        assert played(tmp_path, monkeypatch, server, ONE, QUICK) == right
+        assert played(tmp_path, ONE, QUICK) == right
     assert server.account()["arrived"] == len(right[0].steps) + 3
 
 
 @pytest.mark.parametrize("kinds", [REPLY_FAULTS, ("cut", "empty")], ids=" ".join)
-def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, monkeypatch, right, kinds):
-    with here(manner=Script("", *kinds)) as server:
-        trials = played(tmp_path, monkeypatch, server, ONE, QUICK)
+def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, right, kinds):
+    with here(manner=Script("", *kinds)):
+        trials = played(tmp_path, ONE, QUICK)
     assert [what_happened(trial) for trial in trials] == [what_happened(trial) for trial in right]
     assert [len(step.decision.replies) for step in trials[0].steps] == [1, 3, *[1] * (len(right[0].steps) - 2)]
     assert trials[0].steps[1].decision.usage.calls == 3
 
 
 @pytest.mark.parametrize("kind", ENDING)
-def test_a_model_that_gives_no_other_ends_the_trial_for_good_and_is_not_paid_again(tmp_path, monkeypatch, right, kind):
+def test_a_model_that_gives_no_other_ends_the_trial_for_good_and_is_not_paid_again(tmp_path, right, kind):
     boundary, stop, times, why = ENDING[kind]
     with here(manner=Script("", then=kind)) as server:
         for _ in range(2):
-            (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
+            (trial,) = played(tmp_path, ONE, QUICK)
             assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", boundary, 2)
             assert trial.error.message.endswith(why)
             assert (len(trial.error.replies), trial.error.usage.calls) == (times, times)
@@ -140,16 +126,16 @@ def test_a_model_that_gives_no_other_ends_the_trial_for_good_and_is_not_paid_aga
     assert [call.stop for call in read_calls(tmp_path)] == ["stop", *[stop] * times]
 
 
-def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tmp_path, monkeypatch):
+def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tmp_path):
     planned = study(StudyOptions(agent=[SPEC], p=[0, 0.3, 0.6], trials=TRIALS // 3, repetitions=1))
     assert planned.size == TRIALS
-    with here() as server:
-        right = played(tmp_path / "right", monkeypatch, server, planned, Access(connections=8))
+    with here():
+        right = played(tmp_path / "right", planned, Access(connections=8))
     impatient = Access(connections=8, retries=0, timeout=0.5, pause=0.02)
     runs = [impatient, *[replace(impatient, retries=3)] * 20]  # without patience first, so that trials break
     with here(manner=Manner(median=0.005, faults=mixed(0.2))) as server:
         for made, access in enumerate(runs, 1):
-            trials = played(tmp_path / "chaos", monkeypatch, server, planned, access)
+            trials = played(tmp_path / "chaos", planned, access)
             assert {trial.error.boundary for trial in trials if trial.error} <= {"model"}
             if made == 1:
                 assert any(trial.owed_again for trial in trials)

@@ -79,33 +79,23 @@ STUDY = {"box": "random-8-1", "p": [0.3], "trials": 6 + 2 * KILLS, "repetitions"
 OPTIONS = [f"--{name.replace('_', '-')}={value[0] if name == 'p' else value}" for name, value in STUDY.items()]
 
 
-@pytest.fixture(autouse=True)
-def no_keys(monkeypatch):
-    for name in os.environ:
-        if name.endswith(("_API_KEY", "_BASE_URL")):
-            monkeypatch.delenv(name)
-    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-
-
 def runs(directory):
     """Starts ``lockprobe run`` in a process of its own."""
     asked = ["run", "flips", "--agent", SPEC, *OPTIONS, "--connections", CONNECTIONS]
     return forked.start([*asked, "--no-report", "--out", directory], stdout=subprocess.DEVNULL)
 
 
-def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path, monkeypatch):
+def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp_path):
     """Nor is it after a power cut: of some logs the disk has not got the end."""
     planned = study(StudyOptions(agent=[SPEC], **STUDY))
     manner = Manner(median=0.03)
     with elsewhere(manner) as url:
-        monkeypatch.setenv("FAKE_BASE_URL", url)
         whole = run_study(planned, tmp_path / "whole", limits=MANY)
         asked = account(url)
     assert asked["arrived"] == len(asked["conversations"]) == sum(len(trial.steps) for trial in whole)
     luck, directory, kills, lost = random.Random(7), tmp_path / "killed", 0, 0
     kept, copies = {table: [] for table in DONE}, [tmp_path / f"copy-{kill}" for kill in range(KILLS)]
     with elsewhere(manner) as url:
-        monkeypatch.setenv("FAKE_BASE_URL", url)
         assert ended(partial(runs, directory), directory, luck, signal.SIGINT) == 130
         lost = settled(url)["arrived"] - sum(call.reply is not None for call in read_calls(directory))
         assert 0 <= lost <= CONNECTIONS

@@ -60,13 +60,11 @@ def guessing(request):
     return status, body
 
 
-def test_an_estimate_comes_true(tmp_path, monkeypatch):
+def test_an_estimate_comes_true(tmp_path):
     """Within a factor of 1.5, for a model that plays blindly and writes a sentence a step."""
     plan = planned()
     before = estimates(plan, {})[0]
-    with here(guessing) as server:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    with here(guessing):
         trials = run_study(plan, tmp_path / "study")
     assert all(trial.error is None for trial in trials)
     spent = spent_by_agent(read_calls(tmp_path / "study"))[SPEC]
@@ -108,11 +106,9 @@ def model(images=0, **facts):
     "spec",
     ["truth", "hypothesis?ask=off", "hypothesis?ask=after", "distract?p=1", "history?last=3", f"prompt?file={CURT} + warn"],
 )  # fmt: skip
-def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec, monkeypatch):
+def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(spec):
     """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
     with here(lambda request: replying(request, joints(request)[0], REPLY["hypothesis"])) as provider:
-        monkeypatch.setenv("FAKE_BASE_URL", provider.url)
-        monkeypatch.setenv("FAKE_API_KEY", "nobody-asks-for-one")
         trial = run_trial(agent=SPEC, condition=spec, max_steps=12)
     assert trial.error is None
     plan = study("flips", agent=SPEC, condition=spec, max_steps=12)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import forked
 import pytest
-from provider_server import Manner, here, truthful
+from provider_server import Manner, here
 from stored import sql
 
 from lockprobe.agents.catalogue import resolve
@@ -54,19 +54,10 @@ def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
     assert len(load(tmp_path / "d")) == 1
 
 
-def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
-    """A study of a hosted model on loopback: its trials, and what the server saw."""
-    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
-    request = {"agent": ["llm:openai-api/fake/model"], "p": [0], "trials": trials, "repetitions": 1}
-    planned = study(StudyOptions(**request, **(settings or {})))
-    with here(answer, Manner(median=0.003)) as server, Journal.open(directory, planned) as journal:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        run(planned, journal, limits=Limits(access=Access(**({"pause": 0.01} | access))))
-    return load(directory), server
-
-
-def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path, monkeypatch):
-    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=9, connections=3)
+def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path):
+    planned = study("flips", agent="llm:openai-api/fake/model", p=[0], trials=9, repetitions=1)
+    with here(manner=Manner(median=0.003)) as server:
+        trials = runner.run_study(planned, tmp_path, limits=Limits(access=Access(connections=3)))
     assert [trial.ending for trial in trials] == ["solved"] * 9
     assert server.peak == 3
     assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
