@@ -35,17 +35,6 @@ def test_the_door_is_quick():
     assert done.stdout.splitlines() == ["[]", "False"]
 
 
-def test_a_box_is_had_by_name_path_or_object(tmp_path):
-    from lockprobe.boxes.boxfile import toml_of
-
-    fork = lockprobe.box("fork")
-    (tmp_path / "mine.toml").write_text(toml_of(fork), "utf-8")
-    for asked in ("fork", fork, tmp_path / "mine.toml", str(tmp_path / "mine.toml")):
-        assert lockprobe.box(asked) == fork
-        assert lockprobe.run_trial(box=asked).box == "fork"
-        assert lockprobe.propagate("human-inspired", asked, p=0.0).solved[-1] == 1.0
-
-
 MISTAKES = [
     (lambda: lockprobe.run_trial(agent="mcp:x"), "agent: got 'mcp:x', expected one that is called: people join"),
     (lambda: lockprobe.run_trial(agent="random?x=1"), "no option of random is called 'x'; there are: none"),

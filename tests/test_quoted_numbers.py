@@ -19,6 +19,7 @@ from lockprobe.boxes.layouts import permuted
 from lockprobe.boxes.solve import difficulty, optimum
 from lockprobe.interventions.flip import DEFAULT
 from lockprobe.simulation.exact import propagate
+from lockprobe.simulation.kernel import population
 from lockprobe.simulation.power import Clusters, power
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
@@ -65,6 +66,12 @@ def best_of(several, trials, share):
     """The mean of the greatest of so many shares of equal probability."""
     below = binom.cdf(range(-1, trials + 1), trials, share) ** several
     return sum(count * (below[count + 1] - below[count]) for count in range(trials + 1)) / trials
+
+
+def solved_of_300(agent, p):
+    """How many of three repetitions of 100 trials are solved."""
+    parts = (population(agent, p=p, modality="symbolic?tell=state", repetition=i, trials=100) for i in (1, 2, 3))
+    return sum(int(part.solved.sum()) for part in parts)
 
 
 def hardness(key, form=""):
@@ -119,6 +126,8 @@ SENTENCES = [
     *((page, f"{said} 0 to {{:.3f}} %", lambda: [100 * proportion(0, 30_000).high]) for page, said in (
         ("robot/docs/twin.md", "none leaked or jammed (95 % interval"),
         ("benchmarks/README.md", "For 0 of 30 000 pushes the 95 % interval is"))),
+    ("docs/why.md", "goes from {} to {} of 300 trials solved, and `cognitive:perseverant` from {} to {}.",
+     lambda: [solved_of_300(f"cognitive:{name}", p) for name in ("loop-breaker", "perseverant") for p in (0, 0.4)]),
     ("robot/docs/twin.md", "of 800 ({:.1f} to 100 %, 95 % interval)", lambda: [100 * proportion(800, 800).low]),
 ]  # fmt: skip
 """File, what is quoted, and its numbers."""

@@ -82,25 +82,6 @@ def test_the_trial_that_is_watched(tmp_path):
     assert f"solves this box at step {steps}." in text_of("start.md")
 
 
-def test_two_curves_of_different_cause_rise():
-    solved = [
-        sum(
-            int(
-                lockprobe.population(
-                    agent, p=p, modality="symbolic?tell=state", repetition=part, trials=100
-                ).solved.sum()
-            )
-            for part in (1, 2, 3)
-        )
-        for agent in ("cognitive:loop-breaker", "cognitive:perseverant")
-        for p in (0, 0.4)
-    ]
-    said = (
-        "`cognitive:loop-breaker` goes from {} to {} of 300 trials solved, and `cognitive:perseverant` from {} to {}."
-    )
-    assert said.format(*solved) in text_of("why.md")
-
-
 @pytest.mark.slow
 def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
     rows = dict(re.findall(r"^\| `(.*?)`(?:: [^|]*)? \| (\d+) \|$", (DOCS / "why.md").read_text("utf-8"), re.MULTILINE))

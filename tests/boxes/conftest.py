@@ -1,6 +1,5 @@
 """Boxes of every kind."""
 
-import pytest
 from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
@@ -26,8 +25,3 @@ def any_box():
         initial=st.tuples(*[st.booleans()] * 4),
         target=st.sampled_from(NAMES),
     )
-
-
-@pytest.fixture(scope="session")
-def boxes():
-    return any_box()

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 import pytest
+from boxes.conftest import any_box
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
@@ -23,10 +23,9 @@ def solves(puzzle, attempts):
 
 
 @settings(max_examples=25)
-@given(st.data())
-def test_attempts_in_every_configuration(boxes, data):
+@given(any_box())
+def test_attempts_in_every_configuration(drawn):
     """A joint moves if any clause holds entirely. Nothing else changes, and a second attempt undoes the first."""
-    drawn = data.draw(boxes)
     for configuration, joint in itertools.product(itertools.product((False, True), repeat=4), range(4)):
         after, moved = drawn.attempt(configuration, joint)
         assert all(after[other] == configuration[other] for other in range(4) if other != joint)
@@ -80,9 +79,8 @@ def test_published_figures_of_chain_4():
 
 
 @settings(max_examples=40)
-@given(st.data())
-def test_optimal_plans_are_all_shortest_sequences_that_solve_and_distractors_the_joints_of_none(boxes, data):
-    puzzle = data.draw(boxes)
+@given(any_box())
+def test_optimal_plans_are_all_shortest_sequences_that_solve_and_distractors_the_joints_of_none(puzzle):
     found, steps = difficulty(puzzle, None), optimum(puzzle)
     assert (found.optimum, found.optimal_plans) == (steps, len(found.plans))
     moved = {name for plan in found.plans for name in plan}

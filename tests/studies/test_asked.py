@@ -187,8 +187,10 @@ def test_who_sees_places_learns_nothing_from_them(layout, asked):
 def test_a_box_is_a_name_a_path_or_an_object_that_a_directory_can_hold(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(toml_of(box("fork")), "utf-8")
-    made = [study(box=one, **TINY) for one in ("fork", box("fork"), path, str(path))]
-    assert {one.identity for one in made} == {study("flips", box="fork", **TINY).identity}
+    same = ("fork", box("fork"), path, str(path))
+    assert {study(box=one, **TINY).identity for one in same} == {study("flips", box="fork", **TINY).identity}
+    assert [lockprobe.box(one) for one in same] == [box("fork")] * 4
+    assert {lockprobe.propagate("human-inspired", one).solved[-1] for one in same} == {1.0}
     mine = replace(box("fork"), name="mine")
     first = run_study(study(box=mine, **TINY), tmp_path / "d")
     assert first == run_study(study(box=mine, **TINY), tmp_path / "d") == load(tmp_path / "d")

@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import combinations
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from urllib.parse import unquote
 from xml.etree.ElementTree import fromstring
 
@@ -24,17 +25,13 @@ from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
-from lockprobe.interventions.conditions import flips
 from lockprobe.report.figures.boxes import box_figure
 from lockprobe.report.figures.drawing import COLOURS, agent_label, render, settable, sheet, style_of
-from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.page import image
 from lockprobe.report.questions import all_sections, loops, success
 from lockprobe.report.questions.speed import draw as fig3
-from lockprobe.report.results import results_of
 from lockprobe.report.rows import Player
-from lockprobe.statistics import rationality
-from lockprobe.studies.study import Study, Until
+from lockprobe.studies.study import Until
 from lockprobe.trial.record import STATES
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -51,13 +48,18 @@ def references():
 def one_model():
     """What looks like a model: a strategy that loops, under the name of one."""
     played = play_study(small_study(("cognitive:perseverant",), P7, 3, 10))
-    return [replace(trial, agent="llm:openai/gpt-4o-2024-08-06") for trial in played]
+    return [under(trial, "llm:openai/gpt-4o-2024-08-06") for trial in played]
 
 
 def rivals():
     """A strategy under the name of a model and a baseline, for people to be compared with."""
     played = play_study(small_study(("ideal-observer", "random"), PEOPLE.p, 2, 5))
-    return [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in played]
+    return [under(trial, f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in played]
+
+
+def under(trial, agent):
+    """The trial under the name of another agent."""
+    return replace(trial, agent=agent, key=str(replace(trial.name, agent=agent)))
 
 
 PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
@@ -75,36 +77,14 @@ STUDIES = {
 """Trials by what is special about them."""
 
 
-def results_of_trials(trials):
-    """The results of a study on chain-4 with these trials and no others."""
-    planned = Study(
-        name="flips",
-        agents=tuple(dict.fromkeys(trial.group for trial in trials)),
-        boxes=(box("chain-4"),),
-        conditions=flips(sorted({trial.p for trial in trials})),
-        repetitions=max(trial.repetition for trial in trials),
-        trials=max(trial.trial for trial in trials),
-    )
-    opened = OpenedStudy(
-        directory=Path(),
-        study=planned,
-        trials=tuple(sorted(trials, key=planned.place_of)),
-        results_hash="",
-        replaced=0,
-        diaries=(),
-        withdrawn=0,
-    )
-    return results_of(opened)
-
-
 @cache
 def case(name):
-    """Results by what is special about them; not every trial of a condition is judged."""
+    """Results by what is special about them, of a study with these trials and no others."""
     trials = STUDIES[name]()
-    all_sections()  # their captions say how many trials are judged, so they are imported before that changes
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rationality, "JUDGED", 6)
-        return results_of_trials(trials)
+    agents, rates = dict.fromkeys(one.group for one in trials), sorted({one.p for one in trials})
+    planned = small_study(agents, rates, max(one.repetition for one in trials), max(one.trial for one in trials))
+    with TemporaryDirectory() as directory:
+        return found_in(Path(directory), planned, trials)
 
 
 @pytest.fixture(scope="module")
@@ -217,15 +197,12 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(name):
 def stopping(directory):
     """A study that stopped: all truths are solved, and every fourth trial told lies."""
     planned = replace(small_study(["human-inspired"], (0.0, 0.4), 1, 40), until=Until(rule="decided"))
-    return found_in(
-        directory,
-        planned,
-        [
-            make_trial(SOLUTION if not p or n % 4 == 0 else (0, 1) * 10, p=p, trial=n, agent="human-inspired")
-            for n in range(1, 21)
-            for p in (0.0, 0.4)
-        ],
-    )
+    trials = [
+        make_trial(SOLUTION if not p or n % 4 == 0 else (0, 1) * 10, p=p, trial=n, agent="human-inspired")
+        for n in range(1, 21)
+        for p in (0.0, 0.4)
+    ]
+    return found_in(directory, planned, trials)
 
 
 def test_so_is_every_text_of_the_figure_that_few_studies_have(tmp_path):
