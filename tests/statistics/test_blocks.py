@@ -6,12 +6,21 @@ from itertools import product
 import numpy as np
 import pytest
 from builders import make_trial
+from scipy import stats
 from solved import left_after_failures
 
-from lockprobe.statistics.blocks import FEWEST, blocks_of, crossed_mean, mean_of_blocks, rare_block
+from lockprobe.statistics.blocks import (
+    FEWEST,
+    block_mean,
+    blocks_of,
+    crossed_mean,
+    mean_of_blocks,
+    rare_block,
+    sign_flip,
+)
 from lockprobe.statistics.distributions import sign_test
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
-from lockprobe.statistics.pairs import paired
+from lockprobe.statistics.pairs import FEW, paired, score_interval
 
 
 def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
@@ -24,6 +33,42 @@ def test_copies_of_a_column_are_no_more_than_one_and_one_is_mcnemars_test():
         assert (found.value, found.p_value, found.clusters) == pytest.approx((mcnemar.value, exact, 40))
         assert (found.low, found.high) == pytest.approx((mcnemar.low, mcnemar.high), abs=0.05)
     assert (often.n, once.n) == (280, 40)
+
+
+@pytest.mark.parametrize("sizes", [[7] * 9, [1, 3, 3, 7, 2, 5], [2, 2]])
+def test_a_mean_has_students_interval_with_a_pair_more_of_each_column(sizes):
+    """Of a ratio of sums; where all blocks are alike, one of them counts as a trial."""
+    rng, there = np.random.default_rng(len(sizes)), np.arange(7) < np.array(sizes)[:, None]
+    for drawn in (rng.integers(-2, 3, there.shape) * 1.0, np.ones(there.shape)):
+        found, n, pairs = block_mean(np.where(there, drawn, np.nan), unit=2.0), len(sizes), sum(sizes)
+        sums, value = (drawn * there).sum(axis=1), float((drawn * there).sum() / pairs)
+        spread = float(((sums - value * np.array(sizes)) ** 2).sum())
+        error = np.sqrt(n / (n - 1) * (spread + 4 * max(sizes) ** (2 if spread < 1e-9 else 1))) / pairs
+        reach = error * stats.t.ppf(0.975, n - 1)
+        assert (found.value, found.n, found.clusters) == (pytest.approx(value), pairs, n)
+        assert (found.low, found.high) == pytest.approx((max(-2, value - reach), min(2, value + reach)))
+        assert (found.p_value is None) == (n < FEWEST)
+
+
+@pytest.mark.parametrize("differ", [(0, 2), (1, 4), (2, 4)])
+def test_where_few_pairs_differ_a_share_holds_tangos_interval_too(differ):
+    column = np.repeat([-1.0, 1.0, 0.0], [*differ, 24 - sum(differ)])[:, None]
+    alone, found = mean_of_blocks(column, unit=1 + 1e-12), mean_of_blocks(column)
+    low, high = score_interval(*differ, 24, 0.95) if sum(differ) <= FEW else (alone.low, alone.high)
+    assert (found.low, found.high) == pytest.approx((min(alone.low, low), max(alone.high, high)))
+
+
+def test_the_sign_test_of_sums_too_large_to_count_is_that_of_a_normal_distribution():
+    sums = np.random.default_rng(3).integers(-900_000, 1_000_000, 200)
+    assert sign_flip(sums) == pytest.approx(2 * stats.norm.sf(abs(sums.sum()) / np.sqrt((sums**2).sum())), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "budget", "away"),
+    [([5, 6, 7], [5, 9, 10], 20, (12, 14)), ([6, 6], [18, 20], 20, (2, 15)), ([1, 1], [1, 1], 1, (1, 1))],
+)
+def test_a_rare_block_takes_the_whole_budget_or_as_few_steps_as_any(first, second, budget, away):
+    assert rare_block(np.array(first), np.array(second), budget) == away
 
 
 def test_missing_pairs_are_in_no_number():
@@ -44,6 +89,8 @@ def test_the_box_of_a_block_stands_in_its_row_when_blocks_are_in_the_order_of_th
     blocks = blocks_of([replace(made, box=np.array(["a", "b", "c", "d"]), order=planned)])
     assert blocks.box.tolist() == ["a", "c", "b", "d"]
     assert blocks.place.tolist() == [0, 1, 2, 3]
+    larger = BlockOrder(plans=((2, 1), (2, 3)))
+    assert blocks_of([replace(made, order=one) for one in (planned, larger)]).order == larger
 
 
 def test_few_people_are_not_tested_and_one_has_no_interval():

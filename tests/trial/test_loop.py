@@ -70,13 +70,21 @@ class OfAReport(Photograph):
 
 @pytest.mark.parametrize("channel", [Photograph(), OfAReport()])
 def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera(channel):
-    kept = {}
+    kept, told = {}, []
     agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
     plant = PhotographedPlant(SHOWN.box, sensed="failed")
     trial = asyncio.run(
-        play(SHOWN, plant=plant, interventions=(channel,), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
+        play(
+            SHOWN,
+            plant=plant,
+            interventions=(channel,),
+            agent=agent,
+            on_step=told.append,
+            keep=lambda p: kept.update({p.name: p.png}),
+        )
     )
     assert trial.solved
+    assert tuple(told) == trial.steps
     assert kept[trial.opening_pictures["rgb"]] == bytes(4)
     assert [kept[step.pictures["rgb"]][::-1] for step in trial.steps] == [
         b"\xff" * i + bytes(4 - i) for i in (1, 2, 3, 4)
@@ -123,6 +131,15 @@ def test_the_agent_sees_what_is_told_and_never_the_truth(tell):
         assert situation.percept.text == step.told
     assert set(agent.seen[0].task.joints) == set("ABCD")
     assert not any(name in str(agent.seen) for name in box().names)
+
+
+@pytest.mark.parametrize(("part", "boundary"), [("agent", "model"), ("plant", "plant")])
+def test_facts_that_no_record_can_hold_are_an_error_of_whose_they_are_but_what_broke_first_is_said(part, boundary):
+    plant, agent = SymbolicPlant(box()), Fake(joint(0))
+    (plant if part == "plant" else agent).facts = "no mapping"
+    assert played(agent, plant=plant).error.boundary == boundary
+    agent.choose = lambda situation: None
+    assert played(agent, plant=plant).error.boundary == "reply"
 
 
 def raising(error):
