@@ -166,8 +166,6 @@ def test_shards_that_are_joined_are_the_study_byte_for_byte(lockprobe):
 class Here:
     """A cluster that is this process."""
 
-    nodes = (("head", 0), ("one\x1b", 2))
-
     def processors(self):
         return 2
 
@@ -182,7 +180,7 @@ def test_a_study_is_played_on_a_cluster_and_an_estimate_needs_none(lockprobe, mo
     asked = ("run", "flips", "--agent", "human-inspired", *RATES, "--trials", "2", "--no-report", "--out")
     status, _, told = lockprobe(*asked, "there", "--cluster", "head:6399")
     assert (status, connected) == (0, ["head:6399"])
-    assert told.startswith("Cluster: processors of one? 2\n")
+    assert told.startswith("Cluster: 2 processors\n")
     assert lockprobe(*asked, "here")[0] == 0
     here, there = (lockprobe("export", name, "--table", "records", "--format", "jsonl") for name in ("here", "there"))
     assert here == there

@@ -91,10 +91,9 @@ class Lockbox:
             if not clauses:
                 raise BadValue(f"interlock of {joint}", clauses, "a clause at least, without which it never moves")
             for other in (name for clause in clauses for name in clause):
-                if other not in names:
-                    raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")
-            if any(joint in clause for clause in clauses):
-                raise BadValue(f"interlock of {joint}", joint, "positions of other joints")
+                if other not in names or other == joint:
+                    expected = f"positions of other joints: {', '.join(name for name in names if name != joint)}"
+                    raise BadValue(f"interlock of {joint}", other, expected)
 
     @property
     def names(self) -> tuple[str, ...]:

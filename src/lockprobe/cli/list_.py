@@ -41,12 +41,13 @@ def plants(json: options.AsJson = False) -> None:
 @app.command()
 def interventions(json: options.AsJson = False) -> None:
     """List the interventions by their place in the loop: told, asked, remembered, done."""
-    from lockprobe.interventions.conditions import packaged, shipped
+    from lockprobe.interventions.conditions import checked, shipped
     from lockprobe.trial.condition import PLACES, place_of
     from lockprobe.trial.protocols import InterventionTraits
 
+    packaged = listed_plugins("intervention", shipped(), checked)
     found: list[tuple[str, Any, dict[str, str]]] = [(name, kind, {}) for name, kind in shipped().items()]
-    found += [(row.name, row.found, {"what": row.what, "package": row.package}) for row in packaged()]
+    found += [(row.name, row.found, {"what": row.what, "package": row.package}) for row in packaged]
     places, rows = [*PLACES, None], list[dict[str, object]]()
     for name, kind, more in found:
         doses = list(InterventionTraits.of(kind).doses)

@@ -83,9 +83,7 @@ def run(
     access = Access(connections=connections, timeout=timeout, retries=retries)
     with nullcontext() if estimate or cluster is None else Cluster.connect(cluster) as machines:
         if machines is not None:
-            nodes = [f"{printable(host)} {processors}" for host, processors in machines.nodes if processors]
-            more = f" and {len(nodes) - 8} more" if len(nodes) > 8 else ""
-            print(f"Cluster: processors of {', '.join(nodes[:8]) or 'none yet'}{more}", file=sys.stderr)
+            print(f"Cluster: {machines.processors()} processors", file=sys.stderr)
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
         planned, directory = planned_study(what, asked, out)
         planned = replace(planned, shard=None if shard is None else Shard.parse(shard))

@@ -18,7 +18,7 @@ from math import prod
 from typing import Any, cast, get_args
 
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.plugins import Listed, find_plugin, listed_plugins, plugin_names
+from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.foundation.spec import Spec, spec_name, split_specs, with_options
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import plant_change, resolve_plant
@@ -32,11 +32,6 @@ MODALITIES = ("symbolic", "rgb", "rgbd")
 
 _MOST = 1000
 """The most combinations of doses in one sweep."""
-
-
-def packaged() -> list[Listed]:
-    """The interventions of installed packages, including unusable ones with the reason."""
-    return listed_plugins("intervention", shipped(), _checked)
 
 
 @cache
@@ -76,13 +71,13 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
             continue
         if (plugin := find_plugin("intervention", str(part))) is None:
             raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
-        kind = _checked(name, plugin.load())
+        kind = checked(name, plugin.load())
         with plugin.guarded():
             found.append(cast(Intervention, with_options(kind, name, part.options)))
     return tuple(found)
 
 
-def _checked(spec: str, kind: Any) -> type[Any]:
+def checked(spec: str, kind: Any) -> type[Any]:
     """Check that a class of interventions follows the protocol of its place."""
     if not (isinstance(kind, type) and is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen):  # noqa: B009
         raise BadValue("intervention", spec, "a frozen dataclass")
@@ -94,8 +89,8 @@ def flip_alone(condition: Condition) -> OutcomeFlip | None:
     """The flip if nothing else acts (paper, Sec. 3.2), a flip at p = 0 for the truth, and otherwise None."""
     if condition.p is None:
         return None
-    options = Spec.parse(condition.specs[0], "intervention").options if condition.specs else {}
-    return with_options(OutcomeFlip, OutcomeFlip.name, options)
+    (flip,) = interventions_in(condition) or (OutcomeFlip(),)
+    return cast(OutcomeFlip, flip)
 
 
 def interventions_in(condition: Condition) -> tuple[Intervention, ...]:

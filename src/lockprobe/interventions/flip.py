@@ -347,22 +347,21 @@ class MisreadFlip(OutcomeFlip):
 
 
 @lru_cache(maxsize=1024)
-def takes_rates(specs: tuple[str, ...]) -> bool:
-    """Whether a condition of these specs has the rates of a confusion matrix."""
-    found = map(Spec.parse, specs)
-    return any(one.full_name == MisreadFlip.name and MisreadFlip.variant in one.options for one in found)
+def _misread(spec: str) -> MisreadFlip | None:
+    """The flip that a part of a condition's spec names, if it has the rates of a confusion matrix."""
+    part = Spec.parse(spec)
+    if part.full_name != MisreadFlip.name or "rates" not in part.options:
+        return None
+    return with_options(MisreadFlip, MisreadFlip.name, part.options)
 
 
 def with_rates(plan: Plan) -> Plan:
     """The plan with the rates of its confusion matrix by the labels of its joints; a joint without rates has none."""
-    if not takes_rates(plan.condition.specs):
+    if not any(flips := [*map(_misread, plan.condition.specs)]):
         return plan
     acting = [*plan.condition.interventions]
-    for at, spec in enumerate(plan.condition.specs[: len(acting)]):
-        flip = with_options(MisreadFlip, MisreadFlip.name, Spec.parse(spec).options) if takes_rates((spec,)) else None
-        if flip is not None and flip.rates:
-            rates = rates_of(flip.rates)
-            labelled = zip(plan.box.names, plan.names.labels, strict=True)
-            by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in labelled}
-            acting[at] = replace(flip, by_label=entries_of(by_label))
+    for at, flip in ((at, flip) for at, flip in enumerate(flips) if flip):
+        rates, labelled = rates_of(flip.rates), zip(plan.box.names, plan.names.labels, strict=True)
+        by_label = {label: rates.get(name, (0.0, 0.0)) for name, label in labelled}
+        acting[at] = replace(flip, by_label=entries_of(by_label))
     return replace(plan, condition=replace(plan.condition, interventions=tuple(acting)))

@@ -27,7 +27,7 @@ from lockprobe.statistics.differences import any_difference, each_difference
 from lockprobe.statistics.distributions import root
 from lockprobe.statistics.outcomes import Outcomes, joined
 from lockprobe.statistics.pairs import FEWEST
-from lockprobe.statistics.proportions import ALPHA, proportion
+from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
 from lockprobe.statistics.shape import two_lines
 from lockprobe.statistics.why import decide
 from lockprobe.studies.study import Study, design_of
@@ -80,12 +80,11 @@ class Needed:
     @classmethod
     def of(cls, detected: Mapping[int, int], studies: int) -> Needed:
         """What is needed if, at each size, ascending, something was detected in so many of the studies."""
-        sizes, shares = [*detected], [proportion(count, studies) for count in detected.values()]
-        smooth = [(count + 1) / (studies + 2) for count in detected.values()]  # one study more of each outcome
-        errors = [math.sqrt(share * (1 - share) / studies) for share in smooth]
-        rates = [
-            Rate(n=n, power=share.value, error=error) for n, share, error in zip(sizes, shares, errors, strict=True)
-        ]
+        sizes, shares, rates = [*detected], list[Proportion](), list[Rate]()
+        for n, count in detected.items():
+            shares.append(share := proportion(count, studies))
+            smooth = (count + 1) / (studies + 2)  # one study more of each outcome
+            rates.append(Rate(n=n, power=share.value, error=math.sqrt(smooth * (1 - smooth) / studies)))
 
         def reached(powers: Sequence[float]) -> int | None:
             if powers[0] >= TARGET:
@@ -135,6 +134,7 @@ def power(
     counts = dict[int, Counter[str]]()
     for job, counted in workers.each(_simulator, jobs) if workers else ((job, _simulated(job)) for job in jobs):
         if isinstance(counted, Lost):
+            assert workers is not None
             raise Missing(f"a worker was lost before its work was done ({counted.why})", workers.remedy)
         counts[job[0]] = counted
         progress(len(counts), len(jobs))

@@ -38,7 +38,7 @@ from lockprobe.studies.options.study_options import Repetitions, Seed, Steps, Tr
 from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.condition import Condition, Contrast
-from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
+from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Ask, Trial, TrialName
 
@@ -494,8 +494,10 @@ def _check_conditions(study: Study) -> None:
         if len({*labels}) < len(labels):
             raise BadValue(what, labels, "every one once, and on one side alone")
     for one in study.conditions:
-        if unfit := {name: dose for name, dose in one.doses.items() if not can_be_fitted(dose)}:
-            raise BadValue(f"a dose of {one.label}", unfit, DOSES_SAID)
+        # fits square a dose, and must not lose it
+        if unfit := {name: dose for name, dose in one.doses.items() if not 1e-9 <= abs(dose) <= 1e9}:
+            expected = "0, or a number from 1e-09 to 1e+09 or from -1e+09 to -1e-09, which curves can be fitted to"
+            raise BadValue(f"a dose of {one.label}", unfit, expected)
         if one.p is not None:
             check_probability(f"the flip rate of {one.label}", one.p)
     if PEOPLE in study.agents:

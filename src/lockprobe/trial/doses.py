@@ -10,18 +10,6 @@ from lockprobe.foundation.spec import Spec
 MODALITY_DOSES = ("blur", "noise", "occlude", "exposure")
 """Options of a modality that are doses: how much pictures are degraded."""
 
-_LEAST, _MOST = 1e-9, 1e9
-
-DOSES_SAID = (
-    f"0, or a number from {_LEAST:g} to {_MOST:g} or from -{_MOST:g} to -{_LEAST:g}, which curves can be fitted to"
-)
-"""The doses that :func:`can_be_fitted` takes, in words."""
-
-
-def can_be_fitted(dose: float) -> bool:
-    """Whether a dose is of a magnitude that fits can square without losing it."""
-    return dose == 0 or _LEAST <= abs(dose) <= _MOST
-
 
 def dose_of(spec: Spec, option: str, first: str) -> float:
     """A dose of an intervention; that of ``keep`` may be said in a word.

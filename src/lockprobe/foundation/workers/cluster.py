@@ -107,15 +107,9 @@ class Cluster(Pool):
         finally:
             ray.shutdown()
 
-    @property
-    def nodes(self) -> list[tuple[str, int]]:
-        """The machines that are up: the name of each, and how many jobs it runs in parallel."""
-        alive = [one for one in self._ray.nodes() if one["Alive"]]
-        return [(str(one["NodeManagerHostname"]), int(one["Resources"].get("CPU", 0))) for one in alive]
-
     def processors(self) -> int:
         """Those of all nodes that are up."""
-        return sum(processors for _, processors in self.nodes)
+        return sum(int(one["Resources"].get("CPU", 0)) for one in self._ray.nodes() if one["Alive"])
 
     def hire(self, begin: Begin[Any, Any]) -> _Hired:
         """Create an actor, which starts when a processor is free."""
