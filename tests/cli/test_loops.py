@@ -47,7 +47,7 @@ def test_the_level_of_a_length():
 @pytest.mark.parametrize(
     ("words", "stdin", "said"),
     [
-        ([""], "", "a directory, not a regular file"),
+        ([""], "", "Is a directory"),
         (["none.txt"], "", "none.txt: cannot be read"),
         (["-"], b"\xff\xfe\x00", "not text in UTF-8"),
         ([], "ABC\nA/B/C\n", "-: line 2: sequence: got 'A/B/C', expected actions with blanks or c"),

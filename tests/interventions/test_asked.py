@@ -69,7 +69,7 @@ def test_a_template_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, e
         OwnPrompt(file=str(tmp_path / "bad.txt"))
     assert expected in str(refused.value)
     assert "\n" not in str(refused.value)
-    with pytest.raises(BadFile, match="a directory"):
+    with pytest.raises(BadFile, match="Is a directory"):
         OwnPrompt(file=str(tmp_path))
 
 

@@ -75,7 +75,7 @@ ATTACKS = {
     "include above": ("<mujoco><include file='../other.xml'/></mujoco>", "'../other.xml' is not in the folder"),
     "include of the system": ("<mujoco><include file='/etc/passwd'/></mujoco>", "'/etc/passwd' is not in the folder"),
     "include of itself": ("<mujoco><include file='box.xml'/></mujoco>", "'box.xml' is included a second time"),
-    "include of a pipe": ("<mujoco><include file='pipe.xml'/></mujoco>", "a pipe"),
+    "include of a pipe": ("<mujoco><include file='pipe.xml'/></mujoco>", "not a regular file"),
     "link": (asset("<texture file='link.png'/>"), "not in the folder of the model"),
     "meshes above": ("<mujoco><compiler meshdir='..'/><asset><mesh file='a.stl'/></asset></mujoco>", "not in the folder"),
     "another format": (asset("<texture file='a.txt'/>"), "a.txt is refused: a texture is .png"),

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from lockprobe.boxes.box import Lockbox
 
-_WIDE, _ROW = 60, 0.12
-"""Width of the panel in characters; joints whose heights differ by less are in one row."""
+_WIDE, _ROW = 60, 0.1
+"""Width of the panel in characters; a joint that lies farther below the one above, in heights, is in another row."""
 
 _SYMBOLS = {"prismatic": ("[#-]", "[-#]", "[? ]"), "revolute": ("(|) ", "(-) ", "(?) ")}
 """Symbols of a closed joint, an open joint, and a joint whose position is not told."""
@@ -31,7 +31,7 @@ def panel_lines(
     names = labels or [str(i + 1) for i in range(len(box.joints))]
     drawn = box.initial if positions is None else positions
     inside = list[str]()
-    for row in _rows(box):
+    for row in in_rows([joint.place for joint in box.joints]):
         symbols, under = "", ""
         for i in row:  # overlapping symbols move to the right
             joint, position = box.joints[i], drawn[i]
@@ -46,17 +46,18 @@ def panel_lines(
 
 def reading_order(box: Lockbox) -> list[int]:
     """The joints, by index in panel order, as the panel shows them: row by row, each from left to right."""
-    return [i for row in _rows(box) for i in row]
+    return [i for row in in_rows([joint.place for joint in box.joints]) for i in row]
 
 
-def _rows(box: Lockbox) -> list[list[int]]:
+def in_rows(places: Sequence[tuple[float, float]]) -> list[list[int]]:
+    """The numbers of places on the panel, row by row from the top, each row from the left."""
     rows: list[list[int]] = []
-    for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):
-        if rows and box.joints[rows[-1][0]].place[1] - box.joints[i].place[1] < _ROW:
+    for i in sorted(range(len(places)), key=lambda i: -places[i][1]):
+        if rows and places[rows[-1][-1]][1] - places[i][1] <= _ROW:
             rows[-1].append(i)
         else:
             rows.append([i])
-    return [sorted(row, key=lambda i: (box.joints[i].place[0], i)) for row in rows]
+    return [sorted(row, key=places.__getitem__) for row in rows]
 
 
 def interlock_lines(box: Lockbox, called: Mapping[str, str] | None = None) -> list[str]:

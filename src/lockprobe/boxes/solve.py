@@ -123,7 +123,7 @@ def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tup
     """
     space = space_of(box)
     n, numbers = space.joints, np.arange(2**space.joints)
-    afterwards = np.where(space.may_move, numbers[:, None] ^ (1 << np.arange(n)), numbers[:, None])
+    afterwards = numbers[:, None] ^ (space.may_move << np.arange(n))
     opens = space.may_move[:, space.target]
     # of unsolved trials, by configuration and last joint; the last column: no attempt yet
     mass = np.zeros((numbers.size, n + 1))
@@ -132,8 +132,7 @@ def random_curve(box: Lockbox, budget: int = 20, *, repeats: bool = True) -> tup
     curve = [0.0]
     for _ in range(budget):
         each = mass / others
-        chosen = each.sum(axis=1)[:, None] - (0.0 if repeats else each[:, :n])  # the probability of each joint
-        chosen = np.broadcast_to(chosen, (numbers.size, n)).copy()
+        chosen = each.sum(axis=1)[:, None] - each[:, :n] * (not repeats)  # the probability of each joint
         curve.append(curve[-1] + float(chosen[opens, space.target].sum()))
         chosen[opens, space.target] = 0.0
         mass = np.zeros_like(mass)

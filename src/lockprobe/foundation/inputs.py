@@ -26,22 +26,13 @@ PRESETS = Path(__file__).parents[1] / "presets"
 _BUFFER = 1 << 18
 """Bytes that are read at once."""
 
-_KINDS = {
-    stat.S_IFIFO: "a pipe",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFDIR: "a directory",
-}
 
-
-def irregular(path: Path) -> str:
-    """The kind of an irregular file, for example ``a pipe``; empty for a regular file and for a missing one."""
+def irregular(path: Path) -> bool:
+    """Whether something is there that is no regular file: a directory, a pipe, a device, a socket."""
     try:
-        mode = path.stat().st_mode
+        return not stat.S_ISREG(path.stat().st_mode)
     except FileNotFoundError:
-        return ""
-    return "" if stat.S_ISREG(mode) else _KINDS.get(stat.S_IFMT(mode), "something else")
+        return False
 
 
 def check_regular(path: Path) -> None:
@@ -50,11 +41,10 @@ def check_regular(path: Path) -> None:
     Links are followed.
     """
     try:
-        kind = irregular(path)
+        if irregular(path):
+            raise BadFile(path, "not a regular file")
     except (OSError, ValueError) as error:
         raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    if kind:
-        raise BadFile(path, f"{kind}, not a regular file")
 
 
 def is_there(path: Path) -> bool:
@@ -64,15 +54,14 @@ def is_there(path: Path) -> bool:
 
 
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
-    """The content of a regular file of at most ``most`` bytes; where a pipe took its place nobody is waited for."""
-    check_regular(path)
+    """The content of a regular file of at most ``most`` bytes; nobody is waited for at the other end of a pipe."""
     try:
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb", _BUFFER) as file:  # noqa: PTH123 - of a number
+        with open(path, "rb", _BUFFER, opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise BadFile(path, "not a regular file")
             content = file.read(most + 1)
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    except (OSError, ValueError) as error:
+        raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if len(content) > most:
         raise BadFile(path, f"larger than {most} bytes")
     return content

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import compress, pairwise
+from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+from lockprobe.boxes.sketch import in_rows
 from lockprobe.foundation.validation import check_choices
 from lockprobe.trial.record import Moment, Outcome, Percept, Task, in_words
 
@@ -22,9 +23,6 @@ Form = Literal["words", "json"]
 
 CORRECTION = "Correction:"
 """The word before a report that corrects the previous one."""
-
-_NEXT_ROW = 0.1
-"""Of the panel's height; joints that lie farther below the one above are in another row."""
 
 Positions = tuple[bool, ...] | None
 Rows = Sequence[Sequence[str]]
@@ -102,10 +100,7 @@ class TextChannel:
 
 def rows_of(task: Task) -> list[list[str]]:
     """The labels on the panel in rows from top to bottom, each from left to right; empty if the panel is not shown."""
-    below = sorted(zip(task.places, task.joints, strict=bool(task.places)), key=lambda one: -one[0][1])
-    starts = [0, *(i for i, (one, other) in enumerate(pairwise(below), 1) if one[0][1] - other[0][1] > _NEXT_ROW)]
-    rows = [below[start:end] for start, end in pairwise([*starts, len(below)])] if below else []
-    return [[label for _, label in sorted(row)] for row in rows]
+    return [[task.joints[i] for i in row] for row in in_rows(task.places)]
 
 
 def _kind(task: Task, label: str) -> str:

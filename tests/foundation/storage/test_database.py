@@ -123,8 +123,8 @@ def _view(path):
     [
         (lambda path: path.write_bytes(b"rubbish " * 999), True, "damaged .file is not a database"),
         (lambda path: path.write_bytes(b""), True, "its tables are not those"),
-        (os.mkdir, True, "a directory, not a regular file"),
-        (os.mkfifo, True, "a pipe, not a regular file"),
+        (os.mkdir, True, "not a regular file"),
+        (os.mkfifo, True, "not a regular file"),
         (_trigger, True, "its tables are not those"),
         (_view, True, "its tables are not those"),
         (_log_that_is_a_link, True, "is a link"),

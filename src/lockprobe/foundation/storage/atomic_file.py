@@ -73,9 +73,9 @@ def writable(path: Path) -> Path:
     """
     refuse_links(path)
     with writing(path, (OSError, ValueError)):
-        kind, target = irregular(path), Path(os.path.realpath(path))
-        if kind:
-            raise BadFile(path, f"is {kind}, not a regular file: choose another name")
+        target = Path(os.path.realpath(path))
+        if irregular(path):
+            raise BadFile(path, "not a regular file: choose another name")
         if target.exists() and not os.access(target, os.W_OK):
             raise BadFile(path, "cannot be written (Permission denied)")
     return target
