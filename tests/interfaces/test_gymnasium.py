@@ -169,12 +169,12 @@ def test_many_boxes_play_as_so_many_single_environments(asked, seed, seeds, shuf
 
 @dataclass(frozen=True)
 class Blindfold:
-    after_words = always_tells = True
+    always_tells = True
 
     def perceive(self, percept, past, task, rng):
         if percept.joint is not None:
             raise ValueError("no light")
-        return replace(percept, pictures=())
+        return replace(percept, positions=None)
 
 
 VECTOR = 'vectorization_mode="sync" plays all else'

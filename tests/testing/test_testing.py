@@ -137,13 +137,6 @@ class TextBefore:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TextAfter(TextBefore):
-    """Says something after the words are made."""
-
-    after_words = True
-
-
-@dataclass(frozen=True, kw_only=True)
 class Unreliable:
     """Declares that it leaves no report out, and does."""
 
@@ -198,7 +191,6 @@ def test_interventions_that_break_it(one, said):
 def test_interventions_that_have_nothing_to_do_or_show_what_they_do_keep_it(spec):
     check_intervention(*interventions_of(spec))
     check_intervention(OutcomeAlone(), modality="symbolic")
-    check_intervention(TextAfter())
 
 
 def test_a_measure_that_keeps_it():

@@ -28,16 +28,6 @@ class Rebuilt:
         return tuple(replace(turn) for turn in turns)
 
 
-@dataclass(frozen=True, kw_only=True)
-class TextAfter:
-    """Says something after the words were made."""
-
-    after_words = True
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text=f"{percept.text} Well.")
-
-
 def played(condition, **options):
     one = interventions_of(condition) if isinstance(condition, str) else condition
     return make_trial(ROUND, condition=one, **options)
@@ -69,8 +59,6 @@ def test_what_changes_nothing_is_counted_as_nothing(condition):
         ("distract?p=1", [11]),
         ("correction?p=1", [11]),
         ("hypothesis?ask=off", [12]),
-        ([TextAfter()], [12]),
-        ([OutcomeAlone(), TextAfter()], [0, 12]),
         ("flip?p=1 + drop?p=1", [0, 11]),
         ("drop?p=1 + flip?p=1", [11, 0]),
         ("drop?p=1 + drop?p=1", [11, 0]),

@@ -211,9 +211,7 @@ def test_the_end_of_the_task_is_no_error():
 
 
 class Returning:
-    """An intervention that returns a value at its place, after the words were made."""
-
-    after_words = True
+    """An intervention that returns a value at its place, here after the words were made."""
 
     def __init__(self, place, value):
         setattr(self, place, lambda given, *others: value(given))

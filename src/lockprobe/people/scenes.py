@@ -237,7 +237,7 @@ class Scenes:
     def _report(self, plan: Plan, task: Task, percept: Percept, chosen: str) -> tuple[str, ...]:
         """What is told of an attempt, in the sentences of the page: the same to read, to hear and in the history.
 
-        It is as it stands where an intervention acts on its words or corrects them. ``chosen`` is the joint that was
+        It is as it stands where an intervention corrects its words. ``chosen`` is the joint that was
         chosen; empty before the first step.
         """
         words, channel, joint = self.words.page, shown(plan.modality), percept.joint or chosen

@@ -19,7 +19,7 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.protocols import Intervention, InterventionTraits
+from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.source import source_of
 
 _DEPTH = {"rgb": False, "rgbd": True}
@@ -81,7 +81,7 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
 
 
 def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
-    """All interventions of a trial in order; the modality's channel comes last, with interventions on its words.
+    """All interventions of a trial in order; the modality's channel comes last.
 
     A picture is false if a flip acts before the camera.
 
@@ -95,8 +95,7 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     outcomes = isinstance(channel, TextChannel) and channel.tell != "state"
     for flip in flips:
         flip.check_told(condition.modality, outcomes=outcomes, positions=tells_positions(condition.modality))
-    after = [one for one in acting if InterventionTraits.of(one).after_words]
-    return (*(one for one in acting if one not in after), channel, *after)
+    return *acting, channel
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

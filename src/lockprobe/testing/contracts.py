@@ -197,14 +197,13 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     told = answers(one)
     if place == "told" and traits.always_tells:
         assert all(percept.positions for percept in told), f"{name} leaves a report out: it must not have always_tells"
-    if place == "told" and not traits.after_words:
+    if place == "told":
         words, pairs = shown(modality), [(call[0], percept) for call, percept in zip(calls, told, strict=True)]
         parts = [part.name for part in fields(Percept) if part.compare]
         changed = {part for was, now in pairs for part in parts if getattr(was, part) != getattr(now, part)}
         assert not changed or any(words.shown(was) != words.shown(now) for was, now in pairs), (
             f"{name} changes {', '.join(sorted(changed))}, and no report in {modality} shows that: symbolic?tell=state "
-            "shows joint and positions, symbolic (modality=) outcome too, and text is written afterwards "
-            "(after_words = True)"
+            "shows joint and positions, symbolic (modality=) outcome too, and text is written afterwards"
         )
     if traits.doses:
         none: Any = replace(one, **{traits.doses[0]: 0})  # type: ignore[type-var]

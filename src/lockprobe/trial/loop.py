@@ -356,22 +356,17 @@ class _Loop:
         Without a way to look, which is for channels. The facts are None where the report holds them itself. An arm of
         a fork acts in place of what acts on the facts of its report.
         """
-        facts, showing, channels, after = None, self.places.showing, self.places.at["told"], self.places.after
+        facts, showing, channels = None, self.places.showing, self.places.at["told"]
         if arm is not None:
             own = {id(one) for one in arm.acting}
-            channels, after = (
-                [one for one in several if one.traits.after_words or id(one.one) in own]
-                for several in (channels, after)
-            )
+            channels = [one for one in channels if id(one.one) in own]
         percept = self._passed(channels, percept, step, showing.traits.shown if showing else None)
         if showing is not None:
             facts = percept if percept.look is None else percept.but(look=None)
             luck = self.luck.at(showing.stream, step) if showing.traits.draws else self.luck.generator
             percept = showing.act(percept, self.moments, self.names.task, luck)
-        if after:
-            worded, percept = percept, self._passed(after, percept, step)
-            if (worded.outcome, worded.positions) != (percept.outcome, percept.positions):
-                facts = None  # something after the words changed what is told: that holds the facts now
+        if self.places.after:
+            percept = self._passed(self.places.after, percept, step)
         percept.text.encode()  # breaks if it cannot be written
         joints, positions = self.names.task.joints, percept.positions
         if percept.joint is not None and percept.joint not in joints:

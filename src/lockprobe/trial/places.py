@@ -41,7 +41,7 @@ class Places:
         at: Those of each place, in the order in which they act; of those that change what is *told*, the ones that act
             before reports become words or pictures.
         showing: The one that makes words or pictures; None without one.
-        after: Those that change words or pictures.
+        after: Those that get reports as the agent does; none of them is in a condition.
         channel_facts, other_facts: What records say of those that act on reports, and of all others: the class of each
             and its settings.
     """

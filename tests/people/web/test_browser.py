@@ -118,24 +118,14 @@ class Shouting:
         return replace(briefing.remarking(SCRIPT), warning=SCRIPT)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Painting:
-    """Somebody's own words."""
-
-    after_words = True
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text=SCRIPT)
-
-
 def test_what_somebody_writes_or_a_condition_says_is_text_wherever_it_is_shown(tmp_path):
-    acting = Condition(interventions=(Shouting(), Painting()), name="<img src=x>")
+    acting = Condition(interventions=(Shouting(),), name="<img src=x>")
     study = replace(under("truth", trials=1, max_steps=3), conditions=(acting,))
 
     async def writes(tab, address):
         tab.answers = {HOW["question"]: SCRIPT}
         look = await tab.play(await tab.open(f"{address}&x={SCRIPT}"), at_step(2))
-        assert [look.remark, look.warning, look.report] == [SCRIPT] * 3
+        assert [look.remark, look.warning] == [SCRIPT] * 2
         assert (await tab.play(look)).scene == "debrief"
         assert await tab.page.evaluate("() => window.hurt") is None
         assert not await tab.page.locator("img[src=x]").count()

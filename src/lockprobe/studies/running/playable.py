@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import interventions_in, shipped
-from lockprobe.studies.modality import is_pictured
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.protocols import InterventionTraits
 
@@ -41,17 +40,13 @@ def check_playable(conditions: Iterable[Condition], by: Outside) -> None:
     """Refuse conditions that cannot act on an agent outside of the loop.
 
     Raises:
-        BadValue: If a condition changes what is remembered, asks for what cannot be answered, or acts on words where a
-            person sees pictures alone.
+        BadValue: If a condition changes what is remembered, or asks for what cannot be answered.
         UserMistake: If an intervention is not here.
     """
     known = {*shipped().values()}
     for condition in conditions:
         for one in interventions_in(condition):
-            place, traits = place_of(type(one)), InterventionTraits.of(one)
-            reaches = traits.name in by.said if type(one) in known else by is PERSON
+            place, name = place_of(type(one)), InterventionTraits.of(one).name
+            reaches = name in by.said if type(one) in known else by is PERSON
             if place == "remembered" or (place == "asked" and not reaches):
                 raise BadValue("condition", spec_of(one), f"what is told or done, or {', '.join(by.said)}: {by.why}")
-            if by is PERSON and is_pictured(condition.modality) and traits.after_words:
-                shown = f"to {by.name}, {condition.modality} shows pictures alone"
-                raise BadValue("condition", spec_of(one), f"a report in words with it: {shown}")
