@@ -55,6 +55,15 @@ def test_a_study_over_http(tmp_path, played):
     assert not any(b"private" in path.read_bytes() for path in tmp_path.iterdir())
 
 
+@pytest.mark.slow
+def test_a_study_with_pictures_sends_the_newest_of_them_and_is_believed(tmp_path, played):
+    twin = "fast-twin?width=96&height=96"
+    (trial,), server = played(truthful, f"{SPEC}?images=2", plant=twin, modality=["rgb"], trials=1, max_steps=3)
+    sent = [json.dumps(request["messages"]).count("data:image/png;base64,") for request in server.requests]
+    assert (len(trial.steps), sent) == (3, [1, 2, 2])
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []
+
+
 def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     said, known = Message(role="user", text="What now?"), ModelFacts(reasons=False, most_output=500)
 
