@@ -71,9 +71,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
     remembered exchanges before the percept, oldest first. The first look tells where the joints started; if it is
     forgotten, all joints are assumed to have started at 0. ``remark`` is what is said with the report.
     """
-    if percept.joint is None:
-        return None
-    if (outcome := told_outcome(task, percept, past)) is None:
+    if percept.joint is None or (outcome := told_outcome(task, percept, past)) is None:
         return None
     positions = percept.positions
     shifted = None

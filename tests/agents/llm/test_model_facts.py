@@ -92,13 +92,13 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped_and_a_pr
     ("text", "why"),
     [
         ("[[model", "not TOML"),
-        ("[[modle]]\nmatch = ['a']", r"modle: expected only tables \[\[model\]\]"),
+        ("[[modle]]\nmatch = ['a']", r"modle \[key\]: expected .model."),
         ("model = [3]", "model 1: "),
-        ("[[model]]\nimages = true", "model 1: match: "),
-        ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", "model 2: image: .*; keys are match,"),
-        ("[[model]]\nmatch = ['a']\nmost_output = -1", "model 1: most_output: expected "),
-        ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", "model 1: price: cached: "),
-        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", "model 1: price: input: "),
+        ("[[model]]\nimages = true", "model 1 match: "),
+        ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", "model 2 image: .*; keys are match,"),
+        ("[[model]]\nmatch = ['a']\nmost_output = -1", "model 1 most_output: expected "),
+        ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", "model 1 price cached: "),
+        (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", "model 1 price input: "),
     ],
 )  # fmt: skip
 def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):

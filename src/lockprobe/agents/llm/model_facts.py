@@ -156,16 +156,16 @@ def price_lines(name: str) -> tuple[str, ...]:
 @cache
 def read_facts(path: Path) -> tuple[Entry, ...]:
     """The entries of a file of facts, in order; the first that matches a name counts."""
-    tables = read_toml(path)
-    found = tables.pop("model", [])
-    if tables or not isinstance(found, list):
-        raise BadFile(path, f"{printable(next(iter(tables), 'model'))}: expected only tables [[model]]")
     try:
-        return TypeAdapter(tuple[Entry, ...]).validate_python(tuple(found), extra="forbid")
+        return (
+            TypeAdapter(dict[Literal["model"], tuple[Entry, ...]])
+            .validate_python(read_toml(path), extra="forbid")
+            .get("model", ())
+        )
     except ValidationError as error:
         first = error.errors()[0]
-        where, *key = (part + 1 if isinstance(part, int) else part for part in first["loc"])
-        said = f"model {where}: {''.join(f'{part}: ' for part in key)}{plain(first['msg'])}"
+        where = " ".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
+        said = f"{where}: {plain(first['msg'])}"
         if first["type"] == "unexpected_keyword_argument":
             said += f"; keys are match, {', '.join(one.name for one in fields(ModelFacts))}"
         raise BadFile(path, printable(said)) from None
