@@ -5,7 +5,6 @@ import fcntl
 import gc
 import inspect
 import os
-import pickle
 import signal
 from contextlib import ExitStack
 from pathlib import Path
@@ -35,21 +34,10 @@ gc.disable()  # until all is collected
 
 ROOMS = Path(__file__).parent
 
-QUICK = tuple(f"tests/{room}/" for room in ("boxes", "foundation", "interventions", "trial"))
-"""Rooms of logic alone: no server, no browser, no model, no simulation. ``pytest -m quick`` runs these."""
 
-
-def pytest_ignore_collect(collection_path, config):
-    """Modules of the package are imported for their examples, if they hold any.
-
-    Where only quick tests are asked for, nothing else is imported: that takes longer than they do.
-    """
-    if not collection_path.is_file():
-        return None
-    name = collection_path.relative_to(ROOMS.parent).as_posix()
-    if config.option.markexpr == "quick" and not name.startswith(QUICK):
-        return True
-    if name.endswith(".py") and not name.startswith("tests/"):
+def pytest_ignore_collect(collection_path):
+    """Modules of the package are imported for their examples, if they hold any."""
+    if collection_path.suffix == ".py" and not collection_path.is_relative_to(ROOMS):
         return ">>>" not in collection_path.read_text("utf-8") or None
     return None
 
@@ -77,9 +65,6 @@ def pytest_collect_file(file_path):
 def pytest_collection_modifyitems(items):
     """Tests in a browser come first: they mostly wait, and at the end nothing else would be left to do meanwhile."""
     items.sort(key=lambda item: not item.nodeid.startswith("tests/people/web/"))
-    for item in items:
-        if item.nodeid.startswith(QUICK):
-            item.add_marker(pytest.mark.quick)
 
 
 def pytest_collection_finish():
@@ -97,21 +82,3 @@ def pytest_pyfunc_call(pyfuncitem):
     given = {name: pyfuncitem.funcargs[name] for name in inspect.signature(pyfuncitem.obj).parameters}
     asyncio.run(pyfuncitem.obj(**given))
     return True
-
-
-@pytest.fixture(scope="session")
-def once(tmp_path_factory):
-    """``once(name, make)``: what ``make`` gives, made by the first of all workers that asks for this name."""
-    shelf = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        shelf = shelf.parent  # the folder of the whole run
-
-    def had(name, make):
-        kept = shelf / f"{name}.pickle"
-        with kept.with_suffix(".lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            if not kept.exists():
-                kept.write_bytes(pickle.dumps(make()))
-        return pickle.loads(kept.read_bytes())
-
-    return had

@@ -11,13 +11,12 @@ import subprocess
 import sys
 import tomllib
 from importlib.machinery import PathFinder
-from importlib.metadata import PackageNotFoundError, packages_distributions, requires
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import numpy as np
 import pytest
 from builders import small_study, write_study
-from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 SITE = {"cmeel_pth"}
@@ -42,41 +41,25 @@ NEEDS = {
 }
 """Command -> the extra that it asks for."""
 
-ROOT = Path(__file__).parents[1]
-PROJECTS = {
-    name: tomllib.loads((ROOT / folder / "pyproject.toml").read_text("utf-8"))["project"]
-    for name, folder in {"lockprobe": ".", "lockprobe-robot": "robot"}.items()
-}
+LOCK = tomllib.loads((Path(__file__).parents[1] / "uv.lock").read_text("utf-8"))["package"]
 
 
-def distributions(requirements):
-    """The names of what is installed with these requirements, with all that they require in turn."""
-    found, waiting = {}, [Requirement(one) for one in requirements]
+def core():
+    """The names of what is installed with the core alone."""
+    requires = {one["name"]: [each["name"] for each in one.get("dependencies", ())] for one in LOCK}
+    found, waiting = set(), ["lockprobe"]
     while waiting:
-        one = waiting.pop()
-        name, extras = canonicalize_name(one.name), frozenset(one.extras)
-        if name in found and found[name] >= extras:
-            continue
-        found[name] = extras | found.get(name, frozenset())
-        if name in PROJECTS:
-            own = PROJECTS[name]
-            inner = [*own["dependencies"], *(each for extra in extras for each in own["optional-dependencies"][extra])]
-        else:
-            with contextlib.suppress(PackageNotFoundError):
-                inner = requires(name) or ()
-        waiting += [
-            each
-            for each in map(Requirement, inner)
-            if not each.marker or any(each.marker.evaluate({"extra": extra}) for extra in ("", *extras))
-        ]
-    return found.keys()
+        if (name := waiting.pop()) not in found:
+            found.add(name)
+            waiting += requires[name]
+    return found
 
 
 class OnlyCore:
     """Finds modules and distributions as usual, but for those that the core does not require."""
 
     def __init__(self):
-        self._core = distributions(["lockprobe"])
+        self._core = core()
         tops = packages_distributions().items()
         self.hidden = {top for top, names in tops if not {canonicalize_name(name) for name in names} & self._core}
         self.hidden -= {*SITE, *sys.stdlib_module_names}

@@ -7,7 +7,7 @@ import asyncio
 import json
 import shutil
 from copy import deepcopy
-from functools import partial
+from functools import cache, partial
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
@@ -163,14 +163,15 @@ STUDIES = {one.__name__: one for one in (forked, local, client, people, bench, r
 
 
 @pytest.fixture(scope="module")
-def played(tmp_path_factory, once):
+def played(tmp_path_factory):
     """A copy of a study, which is played once."""
 
+    @cache
     def play(name):
         STUDIES[name](directory := tmp_path_factory.mktemp(name) / "out")
         return directory
 
-    return lambda name, to: shutil.copytree(once(f"verified {name}", partial(play, name)), to)
+    return lambda name, to: shutil.copytree(play(name), to)
 
 
 def failing(directory, **hashes):

@@ -21,6 +21,7 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 from hypothesis import given, settings
 from matplotlib.collections import PathCollection, PolyCollection
 from matplotlib.colors import to_rgb
+from report.test_every_look import KINDS, trials_of
 from reported import found_in
 
 from lockprobe.boxes.box import Joint, Lockbox
@@ -31,7 +32,6 @@ from lockprobe.report.page import image
 from lockprobe.report.questions import all_sections, loops, success
 from lockprobe.report.questions.speed import draw as fig3
 from lockprobe.report.rows import Player
-from lockprobe.studies.study import Until
 from lockprobe.trial.record import STATES
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
@@ -194,19 +194,9 @@ def test_every_text_is_large_enough_inside_and_touches_no_other(name):
         legible(figure, drawn)
 
 
-def stopping(directory):
-    """A study that stopped: all truths are solved, and every fourth trial told lies."""
-    planned = replace(small_study(["human-inspired"], (0.0, 0.4), 1, 40), until=Until(rule="decided"))
-    trials = [
-        make_trial(SOLUTION if not p or n % 4 == 0 else (0, 1) * 10, p=p, trial=n, agent="human-inspired")
-        for n in range(1, 21)
-        for p in (0.0, 0.4)
-    ]
-    return found_in(directory, planned, trials)
-
-
 def test_so_is_every_text_of_the_figure_that_few_studies_have(tmp_path):
-    found = stopping(tmp_path)
+    planned, blocks = KINDS["until"]
+    found = found_in(tmp_path, planned, trials_of(blocks))
     drawn = pictures(found)["stopping"]
     legible("stopping", drawn)
     for block in found.where("decided_at_block"):
