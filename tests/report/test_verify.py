@@ -406,18 +406,6 @@ def test_an_edited_fork_is_found(played, tmp_path, name):
     assert failing(directory).keys() & {"forks", "records"}  # a trial that the study has not is refused when it is read
 
 
-def test_a_plant_of_the_directory_runs_nothing(played, tmp_path, monkeypatch):
-    directory = played("forked", tmp_path / "out")
-    shutil.rmtree(directory / FORKS)
-    (tmp_path / "stranger.py").write_text("raise SystemExit('this ran')\n")
-    monkeypatch.chdir(tmp_path)
-    files = Evidence(directory)
-    files.settings["plant"] = "python:stranger:Plant"
-    files.save()
-    (luck,) = [check.said for check in verify(directory) if check.name == "luck"]
-    assert luck.endswith("are not played")
-
-
 # The report.
 
 

@@ -19,12 +19,6 @@ GRID = {
     "agent": ["human-inspired", "random"], "sweep": "flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.4", "trials": 6,
     "repetitions": 1,
 }  # fmt: skip
-FAMILIES = {
-    "flip": ("success by flip rate", 2),
-    "tremble": ("success by tremble p", 3),
-    "nudge": ("conditions against the control", 2),
-}
-"""How conditions begin -> their family, and how many differences it has of each agent."""
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
 
 
@@ -38,20 +32,6 @@ def lab(tmp_path_factory):
 def grid(tmp_path_factory):
     """A study of crossed doses."""
     return found_in(tmp_path_factory.mktemp("grid"), study("flips", **GRID))
-
-
-def test_differences_are_to_the_control_and_paired(lab):
-    rows = lab.against_control()
-    assert len(rows) == 2 + 2 * 5  # a random agent hears no report, so no flip rate is tested
-    for row in rows:
-        one = {"agent": row.agent, "control": "", "versus": "", "axis": ""}
-        solved = [lab.one("success", **one, condition=name).count for name in ("truth", row.condition)]
-        family, many = next(of for name, of in FAMILIES.items() if row.condition.startswith(name))
-        assert (row.control, row.n, row.family, row.corrected_for) == ("truth", 8, family, many)
-        assert row.value == pytest.approx((solved[1] - solved[0]) / 8)
-        pair = {"agent": row.agent, "condition": row.condition, "control": "truth"}
-        assert [lab.one("success_in_pairs", **pair, of=of).count for of in ("the control", "")] == solved
-    assert {row.value for row in rows if row.agent == "random" and "trem" not in row.condition} == {0}
 
 
 def test_what_is_crossed_has_one_interaction_and_a_grid_one_over_all_its_cells(lab, grid):

@@ -1,4 +1,4 @@
-"""Forks: rows of the effects on record, in the part of the page and nowhere else."""
+"""Forks: their effects stand in the part of the page and nowhere else."""
 
 import pytest
 from builders import write_study
@@ -21,20 +21,6 @@ def found(tmp_path_factory):
     with Journal.open(directory / FORKS, planned) as journal:
         play_forks(wanted, journal)
     return results(directory)
-
-
-def test_rows_are_effects_of_the_forks_on_record(found):
-    rows = [row for row in found.rows if row.quantity == "fork_change"]
-    assert {row.condition for row in rows} == {"truth", "flip?p=0.4"}
-    places = {tuple(row.of.split(", ")) for row in rows}
-    assert {arm for _, arm, _, _ in places} == {"lie", "lie-truth"}
-    assert {where for *_, where, _ in places} >= {"4", "8"}
-    assert {later for *_, later in places} == {"later reports as in the condition"}
-    for row in rows:
-        assert row.clusters <= 8
-        if ", lie-truth, " in row.of:  # a policy reads the corrected report alone
-            assert row.value == 0
-    assert [row.of for row in found.where("after_true_report")] == [row.of for row in rows]
 
 
 def test_the_part_has_the_sentence_and_the_table_and_no_other_number_counts_forks(found):

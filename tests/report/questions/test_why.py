@@ -1,50 +1,27 @@
-"""Why: numbers that are those of the records, and two plain sentences an agent that follow from the rows."""
+"""Why: two plain sentences an agent that follow from the rows."""
 
 import pytest
-from builders import write_study
-from reported import tables_of
+from reported import found_in, tables_of
 
 from lockprobe.report.page import parts_of
 from lockprobe.report.questions.why import TABLE
-from lockprobe.report.results import results
-from lockprobe.statistics.design import ARMS
 from lockprobe.statistics.why import CONTRASTS
 from lockprobe.studies.options.studyfile import study
-from lockprobe.studies.records.read_records import load
 
 AGENTS = ["cognitive:perseverant", "cognitive:softmax-memory"]
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory):
-    """The directory of a small study of controls, and its results."""
-    directory = write_study(
-        tmp_path_factory.mktemp("why") / "study", study("why", agent=AGENTS, trials=50, repetitions=1)
-    )
-    return directory, results(directory)
+def found(tmp_path_factory):
+    """The results of a small study of controls."""
+    return found_in(tmp_path_factory.mktemp("why"), study("why", agent=AGENTS, trials=50, repetitions=1))
 
 
 def own_part(found):
     return [part for part in parts_of(found) if part.name == "why"]
 
 
-def test_every_agent_has_its_arms_as_recorded(told):
-    directory, found = told
-    trials, rows = load(directory), found.where("success_in_arm")
-    for row in rows:
-        own = [trial.solved for trial in trials if (trial.agent, trial.condition) == (row.agent, row.condition)]
-        assert (row.n, row.count) == (len(own), sum(own))
-    assert [row.of for row in rows if row.agent == AGENTS[0]] == list(ARMS)
-    share = {row.of: row.value for row in rows if row.agent == AGENTS[0]}
-    for row in found.where("arm_contrast", agent=AGENTS[0]):
-        one = CONTRASTS[row.of]
-        assert row.value == pytest.approx(
-            sum(share[a] - share[b] for a, b in zip(one.of, one.minus, strict=True)) / len(one.of)
-        )
-
-
-def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
-    _, found = told
+def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
     assert found.where("arm_contrast", agent=AGENTS[1]) == []
     assert [row[0] for row in tables_of(found)["why"][1:]] == [AGENTS[0]] * (1 + len(CONTRASTS)) + [AGENTS[1]]
@@ -63,7 +40,6 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
     assert found.answer == f"{first} {second}"
 
 
-def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
-    _, found = told
+def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(found):
     assert not found.where("success_difference", axis="first")
     assert not any("correction" in row.family for row in found.where("success_difference"))
