@@ -61,11 +61,7 @@ def make_trial(
     for i, joint in enumerate(joints):
         before = configuration
         configuration, moved = lockbox.attempt(before, joint)
-        decision = Decision(
-            joint="ABCD"[joint],
-            claimed=claims[i] if i < len(claims) else None,
-            hypothesis=hypothesis,
-        )
+        decision = Decision(joint="ABCD"[joint], claimed=claims[i] if i < len(claims) else None, hypothesis=hypothesis)
         steps.append(
             Step(
                 step=i + 1,

@@ -8,15 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from lockprobe.boxes.beliefs import (
-    MOST_INTERLOCKS,
-    NEVER,
-    PRIORS,
-    begin,
-    interlocks,
-    noise_model,
-    update,
-)
+from lockprobe.boxes.beliefs import MOST_INTERLOCKS, NEVER, PRIORS, begin, interlocks, noise_model, update
 from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.planning import MOST_PLANNED, Planner, best_joints
 from lockprobe.boxes.solve import optimum

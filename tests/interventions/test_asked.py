@@ -7,15 +7,7 @@ import pytest
 
 from lockprobe.agents.prompt import FIELDS, conversation, example
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
-from lockprobe.interventions.asked_and_done import (
-    ASIDES,
-    LARGEST_TEMPLATE,
-    History,
-    Nudge,
-    OwnPrompt,
-    Remark,
-    Warn,
-)
+from lockprobe.interventions.asked_and_done import ASIDES, LARGEST_TEMPLATE, History, Nudge, OwnPrompt, Remark, Warn
 from lockprobe.interventions.conditions import interventions_of
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of

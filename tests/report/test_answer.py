@@ -83,8 +83,7 @@ def test_what_is_shown_for_comparison_is_said_beside_the_answer():
 
 
 @given(
-    wanted=st.lists(st.floats(-50, 450, allow_nan=False), min_size=1, max_size=9),
-    apart=st.sampled_from([12, 24, 40]),
+    wanted=st.lists(st.floats(-50, 450, allow_nan=False), min_size=1, max_size=9), apart=st.sampled_from([12, 24, 40])
 )
 def test_no_two_names_overlap_and_none_leaves_the_axes(wanted, apart):
     found = placed(wanted, 0, 400, apart)

@@ -14,12 +14,7 @@ from lockprobe.report.page import Page
 from lockprobe.report.questions.claims import judged, not_judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.proportions import Z, difference, proportion
-from lockprobe.statistics.published import (
-    CORRELATION,
-    LOOPED,
-    SOLVED,
-    TABLE1,
-)
+from lockprobe.statistics.published import CORRELATION, LOOPED, SOLVED, TABLE1
 from lockprobe.studies.options.studyfile import study
 
 

@@ -13,17 +13,7 @@ from hypothesis import strategies as st
 import lockprobe
 from lockprobe.foundation.errors import Missing
 from lockprobe.report.page import results_text, write_report
-from lockprobe.report.rows import (
-    Condition,
-    Curve,
-    Design,
-    Estimate,
-    Fact,
-    NoSuchRow,
-    Player,
-    Progress,
-    Results,
-)
+from lockprobe.report.rows import Condition, Curve, Design, Estimate, Fact, NoSuchRow, Player, Progress, Results
 from lockprobe.studies.options.studyfile import study
 
 LABELS = {"truth": 0.0, "flip?p=0.4": 0.4}

@@ -125,10 +125,7 @@ def test_a_study_of_controls_has_the_powers_of_its_verdicts():
     assert powers(effects["as any odd report"], 150, studies=6)["verdict: form"][0] > 0.8
 
 
-MODELS = [
-    {"success": (0.5, 0.7, 0.9), "each": 4, "sd": 1.5, "effect_sd": 1.0},
-    {"success": (0.02, 0.98), "sd": 3.0},
-]
+MODELS = [{"success": (0.5, 0.7, 0.9), "each": 4, "sd": 1.5, "effect_sd": 1.0}, {"success": (0.02, 0.98), "sd": 3.0}]
 
 
 @pytest.mark.parametrize("of", ["within", "between", "boxes"])
@@ -170,9 +167,3 @@ def test_of_clusters_that_is_detected_which_the_report_says(given):
     assert few < 0.6
     assert many > 0.8
     assert powers(Clusters(success=(0.5, 0.5), **given), size // 5)["2"][0] <= 0.12
-
-
-def test_conditions_of_people_are_corrected():
-    two, three = Clusters(success=(0.4, 0.65)), Clusters(success=(0.4, 0.65, 0.95))
-    assert powers(three, 60, studies=40)["2"][0] < powers(two, 60, studies=40)["2"][0]
-    assert powers(three, 60)["3"][0] > 0.95

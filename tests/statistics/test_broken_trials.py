@@ -57,8 +57,7 @@ def compared(groups):
 
 
 @pytest.mark.parametrize(
-    ("solved", "n", "broken"),
-    [(6, 6, 24), (0, 10, 5), (10, 10, 5), (7, 20, 10), (3, 29, 1), (0, 0, 8)],
+    ("solved", "n", "broken"), [(6, 6, 24), (0, 10, 5), (10, 10, 5), (7, 20, 10), (3, 29, 1), (0, 0, 8)]
 )
 def test_a_share_has_the_bounds_of_horowitz_and_manski_with_wilsons_ends(solved, n, broken):
     found = share_of([1.0] * solved + [math.nan] * broken + [0.0] * (n - solved), (), ())

@@ -168,10 +168,7 @@ def test_a_contrast_of_misreading_is_of_blocks_with_statements_under_all_of_its_
 
     lies, truth = said(0.4, [2, 1, 2, 1, 2, 2, 1, 2]), said(0.0, [0, 1, 0, 0, 1, 0, 0, 0])
     silent = make_trial([0] * 3, agent=AGENT, p=0.4, trial=9)
-    cells = {
-        (AGENT, "flip?p=0.4"): cell([*lies, silent]),
-        (AGENT, "truth"): cell([*truth, *said(0.0, [0] * 9)[8:]]),
-    }
+    cells = {(AGENT, "flip?p=0.4"): cell([*lies, silent]), (AGENT, "truth"): cell([*truth, *said(0.0, [0] * 9)[8:]])}
     of = Contrast(of=("flip?p=0.4",), minus=("truth",), measure="misreading")
     found = list(declared(cells, {"lies": of, "again": of}, design))
     changes = np.array([1, 0, 1, 0.5, 0.5, 1, 0.5, 1])

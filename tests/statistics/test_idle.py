@@ -1,13 +1,9 @@
 """A condition that changed nothing is no null result: it is in no comparison, and is named."""
 
-from dataclasses import replace
-
 import pytest
 from reported import found_in
 
-from lockprobe.statistics.outcomes import idle_interventions, never_acted, steps_changed
 from lockprobe.studies.options.studyfile import study
-from lockprobe.testing import play_trials
 
 
 def found(directory, *conditions, agents=("human-inspired",), p=(0,), **options):
@@ -41,18 +37,3 @@ def test_where_no_condition_changed_anything_that_is_the_answer(tmp_path):
     steps = sum(cell.value("steps") for cell in results.cells if cell.condition == acts)
     said = f"{acts} changed nothing for any agent (0 of {steps:g} steps), so nothing is concluded from it."
     assert (results.answer, compared(results)) == (said, set())
-
-
-def test_what_was_changed_is_counted_by_intervention_and_records_that_do_not_say_are_taken_as_they_are():
-    trials = play_trials("random", 3, condition="nudge?after=9")
-    assert set(steps_changed(trials)) == {"", "nudge?after=9"}
-    idle = [replace(trial, changed={"nudge?after=9": 0}, changed_steps=0) for trial in trials]
-    assert never_acted(idle)
-    assert idle_interventions(idle, ["nudge?after=9"]) == [""]
-    some = [replace(trial, changed={"nudge?after=9": 0, "other": 1}, changed_steps=1) for trial in trials]
-    assert idle_interventions(some, ["nudge?after=9", "other"]) == ["nudge?after=9"]
-    assert idle_interventions(idle, ["nudge?after=9", "plant?friction=2"]) == ["nudge?after=9"]  # the plant may act
-    unsaid = [replace(trial, changed={}, changed_steps=0) for trial in trials]
-    assert idle_interventions(unsaid, ["nudge?after=9"]) == []
-    assert not never_acted(unsaid)
-    assert steps_changed([*trials, *unsaid]) is steps_changed([]) is None

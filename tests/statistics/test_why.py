@@ -140,10 +140,7 @@ def test_contrasts_are_means_of_pairs_and_more_agents_only_detect_less(blocks, o
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("low", "high", "shared", "false"),
-    [
-        (0.45, 0.45, False, {"says", "form", "both", "blurred", "not decided"}),
-        (0.45, 0.55, True, {"no change"}),
-    ],
+    [(0.45, 0.45, False, {"says", "form", "both", "blurred", "not decided"}), (0.45, 0.55, True, {"no change"})],
     ids=["no change", "a change of the margin"],
 )
 def test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies(low, high, shared, false):

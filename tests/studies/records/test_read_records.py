@@ -239,11 +239,7 @@ def without_words(trial):
             "box": ["chain-4", "fork"],
             "trials": 2,
         },
-        {
-            "agent": ["human-inspired"],
-            "condition": ["correction?p=0.5", "drop?p=0.5", "tremble?p=0.3"],
-            "trials": 3,
-        },
+        {"agent": ["human-inspired"], "condition": ["correction?p=0.5", "drop?p=0.5", "tremble?p=0.3"], "trials": 3},
         {"agent": ["human-inspired"], "modality": ["symbolic", "symbolic?tell=outcome"], "p": [0, 1], "trials": 2},
     ],
 )

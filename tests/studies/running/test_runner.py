@@ -12,11 +12,7 @@ from stored import sql
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
-from lockprobe.foundation.errors import (
-    AgentsGivenUp,
-    SettingsChanged,
-    UserMistake,
-)
+from lockprobe.foundation.errors import AgentsGivenUp, SettingsChanged, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
