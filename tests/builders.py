@@ -195,14 +195,9 @@ def played_by_people(study: Study, boxes_each: int = 4, **facts: Fact) -> list[T
             identity, position = f"{row:04d}{i // boxes_each:02d}", 1 + i % boxes_each
             slots.append((identity, position, p, lucks[(row + at) % len(lucks)]))
 
-    async def play_all() -> list[Trial]:
-        agent, found = resolve("human-inspired").make(), []
-        for identity, position, p, luck in slots:
-            (under,) = (one for one in study.conditions if one.p == p)
-            plan = study.plan(f"participant:{identity}", under, *luck)
-            trial, _ = await play_timed(plan, agent)
-            seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
-            found.append(replace(trial, facts=seen | facts))
-        return found
-
-    return asyncio.run(play_all())
+    under, agent, found = {one.p: one for one in study.conditions}, resolve("human-inspired").make(), []
+    for identity, position, p, luck in slots:
+        trial, _ = asyncio.run(play_timed(study.plan(f"participant:{identity}", under[p], *luck), agent))
+        seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
+        found.append(replace(trial, facts=seen | facts))
+    return found

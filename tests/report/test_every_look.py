@@ -16,14 +16,14 @@ FAILED = (0, 1) * 10
 ROWS = 40
 
 
-def trial_of(p, number, *, solved, agent="human-inspired"):
-    return make_trial(SOLUTION if solved else FAILED, p=p, trial=number, agent=agent)
-
-
 def trials_of(blocks, *, without=()):
     """All truths are solved, and every fourth trial told lies."""
-    every = {(p, n): trial_of(p, n, solved=not p or n % 4 == 0) for n in range(1, blocks + 1) for p in (0.0, 0.4)}
-    return [trial for place, trial in every.items() if place not in without]
+    return [
+        make_trial(FAILED if p and n % 4 else SOLUTION, p=p, trial=n, agent="human-inspired")
+        for n in range(1, blocks + 1)
+        for p in (0.0, 0.4)
+        if (p, n) not in without
+    ]
 
 
 def planned(trials=ROWS, **more):

@@ -14,20 +14,17 @@ from lockprobe.trial.loop import broken
 SPEC = "human-inspired?lapse=0.125"
 
 
-def planned(*agents):
-    return study("flips", agent=[*agents, "random", "cognitive:careful"], p=[0, 0.4], condition="nudge", trials=3)
-
-
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    return {
-        agent: results(write_study(tmp_path_factory.mktemp("names"), planned(agent)))
-        for agent in (f"zeta={SPEC}", SPEC)
-    }
+    asked = {"p": [0, 0.4], "condition": "nudge", "trials": 3}
+    studies = [
+        study("flips", agent=[agent, "random", "cognitive:careful"], **asked) for agent in (f"zeta={SPEC}", SPEC)
+    ]
+    return [results(write_study(tmp_path_factory.mktemp("names"), one)) for one in studies]
 
 
 def test_results_hold_the_name_and_not_the_spec_and_it_changes_no_number_and_no_sentence(found):
-    named, plain = found.values()
+    named, plain = found
     assert named.study["agents"] == ["zeta", "random", "cognitive:careful"]
     assert [one.agent for one in named.design.players if one.subject] == ["cognitive:careful"]  # zeta is a baseline
     told, expected = (one.model_dump(mode="json") | {"settings_hash": "", "results_hash": ""} for one in (named, plain))

@@ -40,13 +40,6 @@ def report_of(monkeypatch, directory, missing=()):
     return html.unescape(files["report.html"]), Results.model_validate_json(files["results.json"]), told, [*called]
 
 
-def bundles(names):
-    """Names that lie far apart together; headings fail alone, where their section is made."""
-    asked = {name for name in names if name.endswith("?") or name.startswith("One trial")}
-    free = [name for name in names if name not in asked]
-    return [asked, *({*free[start::6]} for start in range(6))]
-
-
 def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_path):
     """In a study of conditions with two agents, and what one of flip rates has beside it."""
     crossed, short = {"condition": ["nudge", "nudge + flip?p=0.6"], "name": "lab"}, {"max_steps": 10, **SMALL}
@@ -56,7 +49,10 @@ def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_
     assert {"First screen", "Action loops", "Design", "The answer", "Figure fig3", "Trial explorer"} <= {*called}
     assert len(called) > 60
     more = [{name} for name in also if name not in called]
-    for of, names in [*((both, names) for names in bundles(called)), *((flips, names) for names in more)]:
+    asked = {name for name in called if name.endswith("?") or name.startswith("One trial")}  # headings fail alone
+    free = [name for name in called if name not in asked]
+    apart = [asked, *({*free[start::6]} for start in range(6))]  # names that lie far apart fail together
+    for of, names in [*((both, names) for names in apart), *((flips, names) for names in more)]:
         text, found, told, _ = report_of(monkeypatch, of, names)
         for name in names:
             assert any(one.section.startswith(name) and one.reason == f"RuntimeError: {SAID}" for one in told), name

@@ -110,10 +110,6 @@ def watched(success=(0.2, 0.25, 0.7), order=ORDER, seed=1, shape=(3, 3, 20)):
     return replace(study(solved, P), order=order), solved.reshape(3, -1)
 
 
-def by_dose(found):
-    return [found.at(found.dose == p) for p in np.unique(found.dose)]
-
-
 def test_no_decision_depends_on_the_order_of_arrival():
     found, _ = watched()
     expected = any_difference(found, rng())
@@ -128,7 +124,7 @@ def test_no_decision_depends_on_the_order_of_arrival():
 def test_only_blocks_that_both_have_are_compared_and_keep_their_places():
     found, solved = watched()
     missing = (found.dose == 0.4) & (found.trial % 3 == 0)
-    first, *others = by_dose(found.at(~missing))
+    first, *others = (found.at(~missing & (found.dose == p)) for p in P)
     _, (_, change) = each_difference([first, *others])
     there = np.array([(i % 20 + 1) % 3 != 0 for i in range(60)])
     assert change.second.n == there.sum()

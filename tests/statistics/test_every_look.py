@@ -148,23 +148,15 @@ def test_small_is_said_only_with_a_margin_and_beside_the_effects_of_others():
         assert several.small_at == 1 + np.argmax(p_values < 0.05) > 49
 
 
-def sets_with(i, many):
-    others = [j for j in range(many) if j != i]
-    return [part for size in range(many) for part in combinations(others, size)]
-
-
-def evidence(many, looks=12):
-    return np.random.default_rng(many).normal(1.5, 2.5, (looks, many))
-
-
 @pytest.mark.parametrize("many", [1, 2, 3, 5])
 def test_adjusted_e_values_and_thresholds_are_those_of_all_sets_of_hypotheses(many):
     """The smallest mean of all sets with a hypothesis, and what the hardest of all sets asks for."""
-    log_e = evidence(many)
+    log_e = np.random.default_rng(many).normal(1.5, 2.5, (12, many))
     adjusted_e, thresholds = map(np.exp, closed_tests(log_e, 0.05))
     for row, limits, e in zip(adjusted_e, thresholds, np.exp(log_e), strict=True):
         for i in range(many):
-            sets = [e[list(part)] for part in sets_with(i, many)]
+            others = np.delete(e, i)
+            sets = [np.array(part) for size in range(many) for part in combinations(others, size)]
             assert row[i] == pytest.approx(min(np.mean([e[i], *part]) for part in sets))
             assert limits[i] == pytest.approx(max(20 * (1 + len(part)) - part.sum() for part in sets))
 

@@ -81,17 +81,12 @@ def test_the_ratio_is_observed_over_expected_events_of_the_second_over_the_first
 P = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 
 
-def of_rows(rows):
-    """Trials from rows of (p, trial, length, onset)."""
-    p, trial, length, onset = zip(*rows, strict=True)
-    return columns(p, trial, length=length, onset=onset)
-
-
 @pytest.mark.parametrize("clusters", [2, 6, 7, 19])
 def test_a_test_that_could_never_reject_is_none(clusters):
     """However clear: all loop at once under noise, none ever without. The statistic never exceeds the clusters."""
     clear = [row for i in range(clusters) for row in ((0.0, i, 20, 0), *((p, i, 6, 6) for p in P[1:].tolist()))]
-    found = looping(of_rows(clear))
+    p, trial, length, onset = zip(*clear, strict=True)
+    found = looping(columns(p, trial, length=length, onset=onset))
     assert (found.p_value is None) == (clusters <= 6)
     assert found.p_value is None or found.p_value < 0.05
     assert found.direction == 1

@@ -142,15 +142,11 @@ def test_facts_that_no_record_can_hold_are_an_error_of_whose_they_are_but_what_b
     assert played(agent, plant=plant).error.boundary == "reply"
 
 
-def raising(error):
-    def choose(situation):
-        raise error
-
-    return Fake(choose)
-
-
 def broken_at(boundary, error):
     """A trial in which this part raises an error."""
+
+    def choose(situation):
+        raise error
 
     class Plant(SymbolicPlant):
         def attempt(self, joint):
@@ -162,7 +158,7 @@ def broken_at(boundary, error):
             raise error
 
     return {
-        "model": lambda: played(raising(error)),
+        "model": lambda: played(Fake(choose)),
         "channel": lambda: played(Fake(joint(0)), channels=(Channel(),)),
         "plant": lambda: played(Fake(joint(0)), plant=Plant(box())),
     }[boundary]()

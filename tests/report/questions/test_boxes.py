@@ -7,16 +7,11 @@ from lockprobe.report.questions.boxes import SECTIONS
 from lockprobe.studies.options.studyfile import study
 
 
-def played(directory, boxes, **asked):
-    return found_in(
-        directory, study("flips", agent=["cognitive:perseverant", "random"], p=[0, 0.6], box=boxes, **asked)
-    )
-
-
 @pytest.fixture(scope="module")
 def six(tmp_path_factory):
     boxes = ",".join(f"random-4-{seed}" for seed in (2, 7, 8, 16, 18, 19))
-    return played(tmp_path_factory.mktemp("six"), boxes, strategy_trials=10)
+    asked = {"agent": ["cognitive:perseverant", "random"], "p": [0, 0.6], "strategy_trials": 10}
+    return found_in(tmp_path_factory.mktemp("six"), study("flips", box=boxes, **asked))
 
 
 def test_each_box_has_its_share_and_its_change_and_the_change_over_boxes_is_their_mean(six):

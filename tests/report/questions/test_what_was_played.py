@@ -96,12 +96,8 @@ def test_claims_are_held_against_reports_and_against_the_truth(tmp_path):
     assert [(row.count, row.n, row.clusters) for row in parts] == [(0, 6, 3), (3, 3, None)]
     assert cell.get("false_report", "steps").n == 18
     assert cell.value("misinterpretations") == 6
-    assert tables_of(found)["table1"][1] == ["llm:local", "0.4", "15", cell_of(cell), "40.0 %", "0.0 %", "6", "3 of 3"]
-
-
-def cell_of(cell):
-    row = cell.get("misread")
-    return f"40 % [{100 * row.low:.0f}, {100 * row.high:.0f}]"
+    share = "40 % [{:.0f}, {:.0f}]".format(*(100 * end for end in (cell.get("misread").low, cell.get("misread").high)))
+    assert tables_of(found)["table1"][1] == ["llm:local", "0.4", "15", share, "40.0 %", "0.0 %", "6", "3 of 3"]
 
 
 def test_the_rate_is_the_mean_over_trials_and_misread_is_pooled_over_claims(tmp_path):

@@ -17,10 +17,6 @@ def found(tmp_path_factory):
     return found_in(tmp_path_factory.mktemp("why"), study("why", agent=AGENTS, trials=50, repetitions=1))
 
 
-def own_part(found):
-    return [part for part in parts_of(found) if part.name == "why"]
-
-
 def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
     assert found.where("arm_contrast", agent=AGENTS[1]) == []
@@ -32,7 +28,7 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
         *["arm_contrast"] * len(CONTRASTS),
         "false_report_effect",
     ]
-    (part,) = own_part(found)
+    (part,) = [part for part in parts_of(found) if part.name == "why"]
     assert part.answer == "A cause is named for 1 of 2 agents."
     first, second = part.blocks[0]
     assert "through what they say: of reports that are given and then corrected, a false last statement raises" in first

@@ -173,13 +173,6 @@ INVITING = small_study(["participant", "random"], trials=3)
 ANN, BOB = "participant:aaaa", "participant:bbbb"
 
 
-def journal_of(directory, *trials):
-    with Journal.open(directory, INVITING) as journal:
-        for seconds, trial in enumerate(trials, 1):
-            journal.append(trial, float(seconds))
-    return directory
-
-
 def trial(agent, number, **more):
     """One of people's trials: its key is the same whoever plays it."""
     return make_trial([0, 1, 2], agent=agent, trial=number, budget=3, **more)
@@ -195,8 +188,9 @@ def test_who_withdraws_is_gone_and_what_others_played_of_the_same_trial_counts(t
         trial(ANN, 1, broken="plant"), trial(ANN, 2, broken="plant"), trial(BOB, 1), trial("random", 1), trial(BOB, 2),
         trial(ANN, 3),
     ]  # fmt: skip
-    journal_of(tmp_path, *played)
     with Journal.open(tmp_path, INVITING) as journal:
+        for number, one in enumerate(played, 1):
+            journal.append(one, float(number))
         journal.delete_participant(gone)
         journal.erase()
         assert {one.agent for one in journal.trials.values()} <= {ANN, BOB, "random"} - {gone}
