@@ -7,8 +7,9 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import interventions_of
-from lockprobe.interventions.flip import READINGS, MisreadFlip, OutcomeFlip, flip_of
+from lockprobe.interventions.flip import READINGS, MisreadFlip, OutcomeFlip, flip_of, misread_rates
 from lockprobe.interventions.told import Phantom
+from lockprobe.statistics.misinterpretation import Claim
 from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.record import Moment, Percept, Task
@@ -90,14 +91,33 @@ def test_options_leave_out_some_of_the_same_steps():
 
 
 def test_after_a_missing_report_the_false_one_is_false_to_the_truth():
-    trial = run_trial(
-        condition="flip?p=1&at=2 + drop?p=1&at=1", agent="round-robin", box="chain-7", modality="symbolic"
-    )
-    _, second, third = trial.steps[:3]
-    wrong = [
-        name for name, told, true in zip(trial.joints, second.told_state, third.state, strict=True) if told != true
-    ]
-    assert (second.told_moved, wrong) == (not second.moved, [second.joint])
+    outcomes = set()
+    for at in range(2, 9):
+        spec = f"flip?p=1&at={at} + drop?p=1&at={at - 1}"
+        trial = run_trial(condition=spec, agent="round-robin", box="chain-7", modality="symbolic")
+        told, after = trial.steps[at - 1], trial.steps[at]
+        wrong = [
+            name for name, *both in zip(trial.joints, told.told_state, after.state, strict=True) if len({*both}) > 1
+        ]
+        assert (told.told_moved, wrong) == (not told.moved, [told.joint])
+        outcomes.add(told.moved)
+    assert outcomes == {True, False}
+
+
+def test_each_joint_has_its_own_number_by_which_its_false_position_lasts():
+    numbers = [0.9, 0.2, 0.6, 0.4]
+    assert OutcomeFlip(keep=0.5).lasting(numbers) == 0b101
+    assert OutcomeFlip(p=0.3, inverts="position", others="noisy").lasting(numbers) == 0b001
+
+
+@pytest.mark.parametrize(("part", "told"), [("both", (False, False)), ("outcome", (True, True))])
+def test_one_part_of_a_report_alone_needs_both(part, told):
+    OutcomeFlip(part=part).check_told("x", outcomes=told[0], positions=told[1])
+    for outcomes, positions in ((True, False), (False, True)) if part != "both" else ():
+        with pytest.raises(BadValue, match="part: got 'outcome', expected both with x"):
+            OutcomeFlip(part=part).check_told("x", outcomes=outcomes, positions=positions)
+    with pytest.raises(BadValue, match="inverts: got 'all', expected one of position, outcome"):
+        OutcomeFlip(inverts="all")
 
 
 @pytest.mark.parametrize(
@@ -129,6 +149,26 @@ def blind(condition, trial=1):
 
 def false(condition, trial):
     return [step.told_falsely for step in blind(condition, trial).steps]
+
+
+SAID = {
+    Claim("a", "blocked", "moved", "moved"): 3, Claim("a", "moved", "moved", "moved"): 1,
+    Claim("a", "moved", "blocked", "blocked"): 1, Claim("a", "blocked", "blocked", "blocked"): 4,
+    Claim("b", "moved", "moved", "moved"): 1,
+}  # fmt: skip
+"""What an agent said of two joints, and how often; of a third it said nothing, and of the second no failure."""
+
+
+@pytest.mark.parametrize(
+    ("by", "rates"),
+    [
+        ("joint", {"a": (0.75, 0.2), "b": (0, 0.2), "c": (0.6, 0.2)}),
+        ("direction", dict.fromkeys("abc", (0.6, 0.2))),
+        ("total", dict.fromkeys("abc", (0.4, 0.4))),
+    ],
+)
+def test_rates_of_misreading_are_those_of_the_claims_about_a_joint_or_else_about_all(by, rates):
+    assert misread_rates(SAID, "abc", by) == rates
 
 
 @pytest.mark.parametrize("trial", [1, 2])

@@ -190,7 +190,7 @@ def test_who_withdraws_is_gone_and_what_others_played_of_the_same_trial_counts(t
     ]  # fmt: skip
     with Journal.open(tmp_path, INVITING) as journal:
         for number, one in enumerate(played, 1):
-            journal.append(one, float(number))
+            journal.append(one, number + 4e-7)  # times are kept in microseconds
         journal.delete_participant(gone)
         journal.erase()
         assert {one.agent for one in journal.trials.values()} <= {ANN, BOB, "random"} - {gone}
