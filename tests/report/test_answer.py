@@ -1,5 +1,6 @@
 """The answer: what the tests say and no more, for one agent and for thirty; a row for each, and names at lines' ends."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,7 @@ from reported import found_in
 
 from lockprobe.report.answer import AnswerList, beside_said, said_lines
 from lockprobe.report.curve import drawable, placed
+from lockprobe.report.format import as_csv, beside
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.rows import Estimate
 
@@ -38,7 +40,7 @@ ANSWERS = [
     ({"a": UP, "b": DOWN, "c": ALIKE}, f"{RAISE}llm:a and lower that of llm:b; no effect on that of llm:c was detected."),
     (
         {**dict.fromkeys("abc", UP), "d": ALIKE},
-        f"{RAISE}3 agents; no effect on that of llm:d was detected.",
+        f"{RAISE}3 of 4 agents; no effect on that of llm:d was detected.",
     ),
     (
         {"a": ALIKE, "b": {0: 20, 0.4: 20}},
@@ -77,7 +79,8 @@ def test_what_is_shown_for_comparison_is_said_beside_the_answer():
     ]  # fmt: skip
     beside = [replace(one, baseline=True) for one in beside]
     assert beside_said([line("llm:a", 0.5, 0.01), *beside]) == (
-        "For comparison, not in this answer: low solves fewer; one and two play alike; no effect on same was detected."
+        "5 of the 6 agents are reference strategies, for comparison and not in this answer: low solves fewer; one and two "
+        "play alike; no effect on same was detected."
     )
     assert beside_said(beside) == beside_said([line("llm:a", 0.5, 0.01)]) == ""
 
@@ -92,3 +95,20 @@ def test_no_two_names_overlap_and_none_leaves_the_axes(wanted, apart):
     assert max(found) <= 400 + 1e-6
     order = sorted(range(len(found)), key=lambda i: (found[i], i))
     assert order == sorted(range(len(found)), key=lambda i: (wanted[i], i))
+
+
+@given(n=st.integers(1, 400), shares=st.tuples(st.floats(0, 1), st.floats(0, 1)), apart=st.floats(0, 0.3))
+def test_a_difference_is_that_of_what_is_printed_or_has_a_decimal_more(n, shares, apart):
+    first, second = (Estimate(quantity="success", value=round(n * share) / n) for share in shares)
+    value = second.value - first.value
+    ends = {"value": value, "low": value - apart, "high": value + apart}
+    row = beside(Estimate(quantity="success_difference", unit="points", **ends), first, second)
+    line = Line(agent="a", modality="", label="a", conditions=("truth",), first=first, second=second, change=row)
+    said = said_lines([line])[0].replace("\N{MINUS SIGN}", "-")
+    less, more, change, low, high = map(float, re.findall(r"[-+]?\d[\d.]*", said)[:5])
+    finer = re.search(r"\.\d \[", said) is not None
+    assert finer or change == more - less
+    assert abs(change - 100 * value) <= (0.05 if finer else 0.5) + 1e-9
+    assert low <= change <= high
+    _, cells = as_csv([["agent", "truth", "false", "change"], ["a", first, second, row]]).splitlines()
+    assert [*map(float, cells.split(",")[1:4])] == [less, more, change]

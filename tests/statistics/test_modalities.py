@@ -37,8 +37,9 @@ def test_the_papers_order_is_found_where_it_is():
     assert effect.modalities == ("rgb", "rgbd", "symbolic")
     assert (effect.trend.direction, effect.trend.p_value < 0.05) == (-1, True)
     pairs = [("rgb", "rgbd"), ("rgb", "symbolic"), ("rgbd", "symbolic")]
-    assert [both for *both, _, _ in effect.pairs] == [[*both] for both in pairs]
-    assert all(hazard.value < 1 and gap.value == 0 and gap.first.n == 10 for *_, hazard, gap in effect.pairs)
+    assert [both for *both, _, _, _ in effect.pairs] == [[*both] for both in pairs]
+    assert all(hazard.value < 1 and gap.value == 0 and gap.first.n == 10 for *_, hazard, gap, _ in effect.pairs)
+    assert all(steps.value > 0 for *_, steps in effect.pairs)
     alone = effect_of(symbolic=LATE, rgb=SOON).pairs[0][2].p_value
     assert alone < effect.pairs[1][2].p_value <= 3 * alone
 

@@ -54,9 +54,10 @@ def verify(
         wide = max(len(one.name) for one in checks)
         for one in checks:
             exceptions = "" if one.holds else f"{count(len(one.failed), 'exception')} to: "
-            print(f"{'holds' if one.holds else 'FAILS'}  {one.name:{wide}}  {exceptions}{printable(one.said)}")
-            more = [f"and {len(one.failed) - _NAMED} more (--json)"] * (len(one.failed) > _NAMED)
-            for line in (*one.failed[:_NAMED], *more):
+            said, *failed = [f"{exceptions}{one.said}"] * bool(one.said) + [*one.failed]
+            print(f"{'holds' if one.holds else 'FAILS'}  {one.name:{wide}}  {printable(said)}")
+            more = [f"and {len(failed) - _NAMED} more (--json)"] * (len(failed) > _NAMED)
+            for line in (*failed[:_NAMED], *more):
                 print(f"{'':{wide + 9}}{printable(line)}")
         print(f"{NOT_SHOWN}.")
     raise typer.Exit(0 if holds else 1)

@@ -45,30 +45,34 @@ def headline(lines: Sequence[Line], cause: str = "", *, several: bool = True) ->
         what = cause or (names.pop() if alone else "any condition")
         most = not_excluded(lines)
         open_ = f"; changes of up to {most} points are not excluded" * (most > _WIDE)
-        return f"No effect of {what} on {_whose(labels)} was detected{open_}."
+        return f"No effect of {what} on {_whose(labels, of=len(lines), every='any of')} was detected{open_}."
     said = []
     for what, by in done.items():
         whose = [
-            f"{_DOES[verdict][not (several and cause)]} {_whose(own, 'that' if i else '')}"
+            f"{_DOES[verdict][not (several and cause)]} {_whose(own, 'that' if i else '', of=len(lines))}"
             for i, (verdict, own) in enumerate(by.items())
         ]
         said.append(f"{what} {' and '.join(whose)}")
     if hidden:
-        said.append(f"no effect{' of any condition' * (not cause)} on {_whose(labels, 'that')} was detected")
+        said.append(
+            f"no effect{' of any condition' * (not cause)} on {_whose(labels, 'that', of=len(lines))} was detected"
+        )
     return f"{capital('; '.join(said))}."
 
 
 def beside_said(lines: Sequence[Line]) -> str:
     """What was found of agents for comparison, which the answer leaves out; empty without any beside others."""
-    said = []
-    for verdict, own in grouped((line for line in lines if line.baseline), lambda line: line.verdict).items():
+    said, others = [], [line for line in lines if line.baseline]
+    for verdict, own in grouped(others, lambda line: line.verdict).items():
         names = listed([line.label for line in own], named=3)
         if verdict == "not detected":
             said.append(f"no effect on {names} was detected")
         elif verdict != "not compared":
             said.append(f"{names} {verdict.replace('s ', ' ', 1) if len(own) > 1 else verdict}")
-    rest = not all(line.baseline for line in lines)
-    return f"For comparison, not in this answer: {'; '.join(said)}." if said and rest else ""
+    few = f"{len(others)} of the {len(lines)} agents {'is a' if len(others) == 1 else 'are'}"
+    strategy = "reference strategy" if len(others) == 1 else "reference strategies"
+    beside = f"{few} {strategy}, for comparison and not in this answer: {'; '.join(said)}."
+    return beside if said and len(others) < len(lines) else ""
 
 
 def solved_said(found: Results, lines: Sequence[Line]) -> str:
@@ -99,10 +103,10 @@ def not_excluded(lines: Iterable[Line]) -> int:
     return round(100 * max((abs(end) for row in rows for end in (row.low, row.high) if end is not None), default=0.0))
 
 
-def _whose(labels: Sequence[str], what: str = "") -> str:
-    """The success of agents, by name as long as these are two."""
-    agents = listed(labels) if len(labels) < 3 else f"{len(labels)} agents"
-    return f"{what or 'the success'} of {agents}"
+def _whose(labels: Sequence[str], what: str = "", *, of: int, every: str = "all") -> str:
+    """The success of agents, by name as long as these are two, else how many of all."""
+    many = f"{len(labels)} of {of}" if len(labels) < of else f"{every} {of}"
+    return f"{what or 'the success'} of {listed(labels) if len(labels) < 3 else f'{many} agents'}"
 
 
 def broken_said(found: Results) -> str:
@@ -127,8 +131,8 @@ class AnswerList:
 
     Attributes:
         lines: A row for each agent.
-        many: Whether it is the list of many agents.
         compared: Whether any agent was compared under two conditions.
+        many: Whether so many were that each has one line, and both shares are on one axis.
         reach: The end of the axis of changes, a share.
         chance: What random agents solve, with and without immediate repeats, least first; empty if it is not known.
         doses: What the second share of each agent is at, in a word or two, where that is not the same for all.
@@ -142,7 +146,8 @@ class AnswerList:
         ends = [abs(end) for row in changes for end in (row.low, row.high) if end is not None]
         under = {line.label: line.under for line in lines if line.under}
         differ = len({*under.values()}) > 1 and all(said.startswith("at ") for said in under.values())
-        self.many, self.compared = sum(not line.alike for line in lines) > MOST, bool(changes)
+        self.compared = bool(changes)
+        self.many = self.compared and sum(not line.alike for line in lines) > MOST
         self.reach = max(2 * _TICK, math.ceil(max(ends, default=0.0) / _TICK - 1e-9) * _TICK)
         self.chance = sorted(curve.value[-1] or 0.0 for curve in found.random_play)
         self.doses = {label: said.rpartition(" ")[2] for label, said in under.items() if differ}
@@ -152,13 +157,16 @@ class AnswerList:
 
     @property
     def counts(self) -> list[tuple[int, str]]:
-        """How many of the agents that the answer is about solve more, fewer, or are not shown to do either."""
+        """How many of the agents that the answer is about solve more, fewer, or are not shown to; the rest."""
         own = [line for line in self.lines if not line.baseline] or self.lines
+        beside = len(self.lines) - len(own)
         of, most = [line.verdict for line in own], not_excluded(own)
         others = {*of} & {"solves more", "solves fewer"}  # without any, the answer says how much is open
         open_ = "no effect detected" + f"; changes of up to {most} points not excluded" * bool(most and others)
-        said = {"solves more": "solve more", "solves fewer": "solve fewer", "not detected": open_}
-        return [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]
+        more, fewer = f"of {len(own)} agents solve more", "solve fewer"
+        said = {"solves more": more, "solves fewer": fewer, "not detected": open_}
+        shown = [(of.count(what), words) for what, words in said.items() if of.count(what) or what != "not detected"]
+        return shown + [(beside, "more for comparison, in italics")] * bool(beside)
 
 
 def said_lines(lines: Iterable[Line]) -> list[str]:
@@ -168,7 +176,8 @@ def said_lines(lines: Iterable[Line]) -> list[str]:
         first, second, change = map(entry_text, (line.first, line.second, line.change))
         shares = f"{first} {line.control}" + f", {second} {line.under}" * bool(line.second)
         tested = f"{change} points, {p_value(line.change.p_value)}" if line.change else ""
-        rows.append((line.label, shares, tested, line.verdict))
+        soon = f"{entry_text(line.steps)} steps, 80 % solved by step {entry_text(line.most)}" if line.steps else tested
+        rows.append((line.label, shares, soon, line.verdict * (line.change is not None or line.alike)))
     wide = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
     return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows]
 

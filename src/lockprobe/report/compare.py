@@ -21,7 +21,7 @@ from pydantic import Field
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.report.format import count_of, tested
+from lockprobe.report.format import beside, count_of, tested
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rendering import rendered
@@ -251,7 +251,14 @@ def _difference_table(comparison: Comparison) -> Lines:
     yield [*head, "P", "conclusion"]
     for row, own, other, trials in _differences(comparison.rows):
         sides = f"{row.agent} in {row.study}", f"{row.versus} in {row.versus_study}"
-        yield [*sides, row.condition, trials, percent(own.value), percent(other.value), *tested(row)]
+        yield [
+            *sides,
+            row.condition,
+            trials,
+            percent(own.value),
+            percent(other.value),
+            *tested(beside(row, other, own)),
+        ]
 
 
 TABLES = {"success": _success_table, "differences": _difference_table, "studies": _study_table}

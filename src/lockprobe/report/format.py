@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections.abc import Sequence
 
@@ -38,12 +39,37 @@ _P = re.compile(r"flip rate|^P$")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
+class Finer(Estimate):
+    """A difference that has one decimal more than the numbers beside it."""
+
+
+def beside(row: Estimate | None, first: Estimate | None, second: Estimate | None) -> Estimate | None:
+    """A difference as it is written beside the two numbers that it is of: so long as these are, or one decimal longer.
+
+    It is longer where it would not be the difference of what is written.
+
+    >>> shares = Estimate(quantity="success", value=0.2667), Estimate(quantity="success", value=0.5333)
+    >>> entry_text(beside(Estimate(quantity="change", unit="points", value=0.2667), *shares))
+    '+26.7'
+    """
+    written = [float(_number(one, "value") or "nan") if one else math.nan for one in (row, first, second)]
+    change, less, more = written
+    if row is None or math.isnan(more - less - change) or abs(more - less - change) < _EQUAL:
+        return row
+    return Finer.model_construct(**dict(row))
+
+
+_EQUAL = 1e-9
+"""Below it, what is written is equal."""
+
+
 def _form(row: Estimate) -> tuple[str, float]:
     """How a number is written, and by what it is multiplied before."""
+    finer = isinstance(row, Finer)
     if row.unit in ("share", "points"):
-        return "{:.0f}" if row.unit == "share" else "{:+.0f}", 100
+        return f"{{:{'+' * (row.unit == 'points')}.{int(finer)}f}}", 100
     if row.unit == "steps":
-        return "{:.1f}" if row.quantity.startswith("mean") else "{:+.1f}", 1
+        return f"{{:{'+' * (not row.quantity.startswith('mean'))}.{1 + finer}f}}", 1
     return "{:.2f}" if row.unit else "{:.3g}", 1
 
 
@@ -55,6 +81,9 @@ def entry_text(entry: Entry) -> str:
     """
     if entry is None or isinstance(entry, str):
         return NONE if entry is None else entry
+    if entry.unit == "steps" and entry.quantity == "steps_to_solve":
+        first, late = (NONE if step is None else f"{step:.0f}" for step in (entry.value, entry.high))
+        return first if entry.low is None else f"{first} [{entry.low:.0f}, {late}]"
     if entry.unit == "share":
         said = bracketed(entry.value, entry.low, entry.high, "{:.0f}")
         return percent(entry.value) if entry.low is None else said.replace(" [", " % [")

@@ -9,9 +9,9 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from lockprobe.foundation.formatting import end_of, p_cell, points
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.report.format import Entry, entry_text
+from lockprobe.report.format import Entry, alone, entry_text
 from lockprobe.report.rows import Estimate
 
 _SHORT = 12
@@ -58,7 +58,7 @@ def _templates() -> Any:
     # a spec that a line may end in, after the marks between its parts
     breakable = partial(re.sub, r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>")
     environment.filters |= {"breakable": lambda name: own_markup(breakable(str(_shown(name)))), "entry": entry_text}
-    environment.filters |= {"points": points, "end": end_of, "p": _small, "reach": _reach}
+    environment.filters |= {"alone": alone, "p": _small, "reach": _reach}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
 

@@ -14,7 +14,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -59,7 +59,10 @@ _TIME = re.compile(rb"Made at \d\d:\d\d on \d{1,2} [A-Z][a-z]+ \d{4};")
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing that was checked: its name, what is so if it holds, and what is not: keys of trials, or lines."""
+    """One thing that was checked: its name, what is so if it holds, and what is not: keys of trials, or lines.
+
+    Without what is so, the one line that is not says all.
+    """
 
     name: str
     said: str
@@ -151,12 +154,16 @@ def _settings(of: _PlayedAgain) -> Iterator[Check]:
             if (found := InterventionTraits.of(made).doses) != doses:
                 failed.append(f"{condition.label}: the doses of {spec} are {found}, not {doses}")
     yield Check("settings", f"all {len(of.trials)} trials are of seed {own.seed} and of these settings", failed)
+    earlier = [replace(own, **asdict(size), earlier=()).settings_hash for size in own.earlier]
     hashes = {"settings": own.settings_hash, "results": of.opened.results_hash}
     for what, published in of.published.items():
         if published is not None:
             same = published.strip().lower() == hashes[what]
             said = f"these {what} have the hash {published.strip()}"
-            yield Check(f"{what} hash", said, [] if same else [f"they have {hashes[what]}"])
+            other = f"these {what} have the hash {hashes[what]}, not {published.strip()}"
+            if what == "settings" and published.strip().lower() in earlier:
+                other += ", which they had before the study was extended"
+            yield Check(f"{what} hash", said if same else "", [] if same else [other])
 
 
 def _complete(of: _PlayedAgain) -> Iterator[Check]:

@@ -214,15 +214,15 @@ class ModalityEffect(NamedTuple):
         trend: Log-rank test of a trend over fidelity in equal steps (Tarone 1975), corrected for agents. Variants of a
             modality (``rgbd?blur=8``) have equal fidelity. Without P value with one fidelity or too few clusters.
         pairs: Every two modalities, the second of higher fidelity: how soon the box is solved in it, corrected for the
-            pairs (Holm) and for agents, and its final success less that in the first, corrected for both (Bonferroni);
-            None without a trial of equal luck in both.
+            pairs (Holm) and for agents, and its final success and mean steps less those in the first, corrected for
+            both (Bonferroni); None without a trial of equal luck in both.
         agents: Number of agents that are judged together.
     """
 
     agent: str
     modalities: tuple[str, ...]
     trend: Hazard
-    pairs: tuple[tuple[str, str, Hazard, DifferenceAt | None], ...]
+    pairs: tuple[tuple[str, str, Hazard, DifferenceAt | None, Difference], ...]
     agents: int
 
 
@@ -242,8 +242,10 @@ def modality_effects(agents: Sequence[Course]) -> Iterator[ModalityEffect]:
         hazards = [solving(one.outcomes, two.outcomes) for one, two in pairs]
         tested = zip((trend, *hazards), (trend.p_value, *holm([one.p_value for one in hazards])), strict=True)
         trend, *hazards = (replace(of, p_value=None if p is None else min(1.0, together * p)) for of, p in tested)
+        choices = together * len(pairs)
+        steps = [steps_over_doses(joined((one.outcomes, two.outcomes), (0, 1)), choices=choices) for one, two in pairs]
         final = [
-            next((found for _, found in each_difference(of, agents=together * len(pairs))), None)
+            next((found for _, found in each_difference(of, agents=choices)), None)
             for of in ((one.outcomes, two.outcomes) for one, two in pairs)
         ]
         yield ModalityEffect(
@@ -251,8 +253,8 @@ def modality_effects(agents: Sequence[Course]) -> Iterator[ModalityEffect]:
             modalities=tuple(one.modality for one in own),
             trend=trend,
             pairs=tuple(
-                (one.modality, two.modality, soon, gap)
-                for (one, two), soon, gap in zip(pairs, hazards, final, strict=True)
+                (one.modality, two.modality, soon, gap, apart)
+                for (one, two), soon, gap, apart in zip(pairs, hazards, final, steps, strict=True)
             ),
             agents=together,
         )
@@ -272,8 +274,10 @@ def _trend(shown: Sequence[Course]) -> Hazard:
     return whatever_broke(trend, [of for _, of in ranked], [rank > min(ranks) for rank in ranks], worst)
 
 
-def steps_over_doses(outcomes: Outcomes) -> Difference:
+def steps_over_doses(outcomes: Outcomes, *, choices: int = 1) -> Difference:
     """The mean steps at all higher doses together, less those at the lowest; not a number without pairs.
+
+    Interval and P value allow for several choices.
 
     The sample is every pair of trials with the same luck, one of them at the lowest dose, clustered by luck. People,
     who meet no luck twice, have none.
@@ -288,7 +292,9 @@ def steps_over_doses(outcomes: Outcomes) -> Difference:
             lowest, higher = np.broadcast_to(steps[:, :1], steps[:, 1:].shape), steps[:, 1:]
             both = ~np.isnan(higher - lowest)
             if both.any():
-                return block_mean(higher - lowest, unit=budget, rare=rare_block(lowest[both], higher[both], budget))
+                return block_mean(
+                    higher - lowest, unit=budget, choices=choices, rare=rare_block(lowest[both], higher[both], budget)
+                )
         return Difference(value=math.nan)
 
     def held(found: Difference, low: Difference, high: Difference) -> Difference:

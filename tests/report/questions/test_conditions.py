@@ -4,7 +4,7 @@ import pytest
 from reported import found_in, tables_of
 
 from lockprobe.foundation.formatting import p_cell
-from lockprobe.report.format import entry_text
+from lockprobe.report.format import beside, entry_text
 from lockprobe.report.page import parts_of
 from lockprobe.report.prose import condition_words
 from lockprobe.report.questions.conditions import EFFECTS
@@ -66,6 +66,11 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     assert [(row[0], row[1]) for row in rows if row[1] != "every flip rate"] == [*known]
     for row in rows:
         change = compared.pop((row[0], row[1]), None)
+        if change:
+            of = {"agent": change.agent, "control": "", "versus": ""}
+            change = beside(
+                change, *(lab.get("success", condition=one, **of) for one in (change.control, change.condition))
+            )
         assert [row[i] for i in at] == [entry_text(change), p_cell(change.p_value if change else None)]
     assert compared == {}
     assert [row[5] for row in EFFECTS.cells(lab)[1:]] == lab.against_control()

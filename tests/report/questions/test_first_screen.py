@@ -36,7 +36,7 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     said = models.facts_about("overview")
     assert [*said] == ["question", "trial"]
     assert models.answer.startswith(
-        "No effect of false reports on the success of 5 agents was detected; changes of up to"
+        "No effect of false reports on the success of any of 5 agents was detected; changes of up to"
     )
     top = screen(Page(found=models).text())
     assert all(text in top for text in (models.answer, *said.values()))

@@ -30,10 +30,16 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
     ]
     (part,) = [part for part in parts_of(found) if part.name == "why"]
     assert part.answer == "A cause is named for 1 of 2 agents."
-    first, second = part.blocks[0]
-    assert "through what they say: of reports that are given and then corrected, a false last statement raises" in first
-    assert "corrected" not in second
-    assert found.answer == f"{first} {second}"
+    (evidence,) = part.blocks[0]
+    assert evidence == (
+        f"{AGENTS[0]}: of reports that are given and then corrected, a false last statement raises it, whatever the first "
+        "one says."
+    )
+    total = found.one("false_report_effect", agent=AGENTS[0], of="total")
+    assert found.answer == (
+        f"False reports raise the success of {AGENTS[0]} by {100 * total.value:.0f} points, because of what they say. "
+        f"They change the success of {AGENTS[1]} by less than 10 points."
+    )
 
 
 def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(found):

@@ -12,7 +12,7 @@ from typing import Any
 
 from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import Entry, conclusion_of
+from lockprobe.report.format import Entry, beside, conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words
 from lockprobe.report.rows import Estimate, Results, Row, measured
@@ -111,11 +111,21 @@ def _table(found: Results) -> Lines:
     words = condition_words(found)
     for one, other, rows in _pairs(found):
         success, steps, moved = rows[SUCCESS, ""], rows[STEPS, ""], rows.get((CHANGE, ""))
-        shares = " and ".join(percent(rows[_SHARE, of].value) for of in ("", "the other"))
+        own, others = (rows[_SHARE, of] for of in ("", "the other"))
+        shares = f"{percent(own.value)} and {percent(others.value)}"
         under = "all flip rates" if found.several_p else at_lowest(found)
         under = "all conditions" if success.axis == _CONDITIONS else under
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
-        row: list[Entry] = [one, other, under, str(success.n), shares, success, p_cell(success.p_value), steps]
+        row: list[Entry] = [
+            one,
+            other,
+            under,
+            str(success.n),
+            shares,
+            beside(success, others, own),
+            p_cell(success.p_value),
+            steps,
+        ]
         row += [p_cell(steps.p_value), moved, words[moved.condition] if moved else None]
         yield [*row, p_cell(moved.p_value if moved else None), said]
 

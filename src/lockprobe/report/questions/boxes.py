@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.foundation.formatting import end_of, listed, p_value, points
+from lockprobe.foundation.formatting import end_of, listed, p_value
+from lockprobe.report.format import alone, beside, entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.rows import Estimate, Results, Row, measured_row
@@ -82,6 +83,13 @@ def _of(found: Results, line: Line, of: str) -> Estimate | None:
     return found.get("success_difference", agent=line.agent, condition=condition, control=control, axis="", of=of)
 
 
+def _on(found: Results, line: Line, name: str) -> list[Estimate | None]:
+    """Success of an agent on a box under the two conditions of its line, and its change."""
+    of = {"agent": line.agent, "modality": line.modality, "of": name}
+    first, second = (found.get("success", condition=one, **of) for one in line.conditions)
+    return [first, second, beside(_of(found, line, name), first, second)]
+
+
 def differ_said(found: Results) -> str:
     """On which agents the effect differs between boxes, and what it is on each of a few; empty if on none."""
     tested = [(line, row) for line in _lines(found) if (row := _of(found, line, _BETWEEN))]
@@ -92,7 +100,8 @@ def differ_said(found: Results) -> str:
     said = f"The effect on {listed([line.label for line in differ], named=3)} differs between boxes"
     if len(differ) > 1 or len(names) > _NAMED:
         return f"{said}."
-    changes = [f"{points(row.value or 0.0)} points on {name}" for name in names if (row := _of(found, differ[0], name))]
+    rows = {name: alone(_on(found, differ[0], name)[-1]) for name in names}
+    changes = [f"{entry_text(row)} points on {name}" for name, row in rows.items() if row]
     return f"{said}: {listed(changes)}."
 
 
@@ -101,9 +110,7 @@ def _table(found: Results) -> Lines:
     yield ["agent", "box", "control", "changed", "change, points"]
     for line in _lines(found):
         for name in (str(box.get("name", "")) for box in found.boxes):
-            of = {"agent": line.agent, "modality": line.modality, "of": name}
-            shares = [found.get("success", condition=one, **of) for one in line.conditions]
-            yield [line.label, name, *shares, _of(found, line, name)]
+            yield [line.label, name, *_on(found, line, name)]
         yield [line.label, "all boxes", line.first, line.second, line.change]
 
 

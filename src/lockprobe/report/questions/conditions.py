@@ -12,7 +12,7 @@ from markupsafe import Markup
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
-from lockprobe.report.format import alone, count_of, tested
+from lockprobe.report.format import alone, beside, count_of, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import CONTROL
 from lockprobe.report.prose import chance_said, condition_words, distinct, interval_kind, varied
@@ -93,9 +93,10 @@ def _table(found: Results) -> Lines:
     changes = {(row.agent, row.condition): row for row in reversed(found.against_control())}
     for cell, under in distinct(found.cells):
         change, acted = changes.get((cell.agent, cell.condition)), cell.get("steps", "changed")
+        control = change and found.get("success", agent=cell.agent, condition=change.control, control="", versus="")
         broke = cell.get("against_rules")
         yield [
-            cell.label, under, str(cell.trials), cell.get("success"), change,
+            cell.label, under, str(cell.trials), cell.get("success"), beside(change, control, cell.get("success")),
             p_cell(change.p_value if change else None), cell.get("mean_steps_all"), cell.get("loop_rate"),
             chance_said(cell), alone(cell.get("misread")),
             alone(cell.get("optimal_actions", "naive")),

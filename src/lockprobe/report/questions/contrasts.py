@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.format import tested
+from lockprobe.report.format import beside, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import DECLARED, SIDES
 from lockprobe.report.prose import interval_kind, inverted
@@ -66,10 +66,10 @@ def _declared_table(found: Results) -> Lines:
     known = found.design.contrasts
     yield CONTRAST
     for row in _declared(found):
-        shares = (found.get("success_in_pairs", agent=row.agent, of=f"{row.of}, {side}") for side in SIDES)
-        solved = ARROW.join(percent(share.value if share else None) for share in shares)
+        less, more = (found.get("success_in_pairs", agent=row.agent, of=f"{row.of}, {side}") for side in SIDES)
+        solved = ARROW.join(percent(share.value if share else None) for share in (less, more))
         conditions = ARROW.join(map(listed, (known[row.of].minus, known[row.of].of)))
-        yield [row.agent, row.of, conditions, solved, *tested(row), str(row.clusters)]
+        yield [row.agent, row.of, conditions, solved, *tested(beside(row, less, more)), str(row.clusters)]
 
 
 CONTRASTS = Table("contrasts", _declared_table, 3, drawn="change, points", rare=("agent",))

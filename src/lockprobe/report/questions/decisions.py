@@ -66,7 +66,7 @@ def _show_optimal(found: Results) -> Iterator[Part]:
     )
     said = ", ".join(f"{percent(share)} for {label}" for label, share in over.items())
     if len(over) > MOST_NAMED:
-        said = f"{range_of(min(over.values()), max(over.values()))} for {len(over)} agents"
+        said = f"{range_of(min(over.values()), max(over.values()))} for the {len(over)} agents of the answer"
     where = under.pop() if len(under) == 1 else "under the first condition of each"
     answer = f"Share of actions that an ideal observer would have chosen too, {where}: {said}." if said else ""
     yield Part("How many actions are optimal?", answer, [note])

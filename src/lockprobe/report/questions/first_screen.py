@@ -30,6 +30,9 @@ from lockprobe.studies.study import Study
 _WHO, _WHO_MOST = "who was studied", 8
 """What the facts of agents are about, and how many are introduced at the top; of more there is only the list."""
 
+_TOLD, _TOLD_MOST, _LOOKED_AT = "told under", 8, 10
+"""What the facts of conditions are about, of how many at most, and among how many trials an example is looked for."""
+
 _MODEL = ("served", "model", "temperature", "host")
 """Facts of a model that introduce it."""
 
@@ -60,6 +63,7 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         if text:
             yield Fact(about="overview", name=kind, text=text)
     yield from (Fact(about=_WHO, name=label, text=what) for label, what in _who(numbers))
+    yield from _told(numbers)
 
 
 def _question(study: Study, design: Design) -> str:
@@ -134,6 +138,30 @@ def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
             yield who(agent), model or description(spec)
 
 
+def _told(numbers: OpenedStudy) -> Iterator[Fact]:
+    """What one attempt was told under each condition with a name, where most of them tell something else.
+
+    It is the first attempt of trials with equal luck, which no report has changed yet, of the first agent.
+    """
+    named = [one.label for one in numbers.study.conditions if one.name]
+    cells = [cell for cell in numbers.cells if cell.agent == numbers.subjects[0] and cell.condition in named]
+    if not 1 < len(cells) <= _TOLD_MOST:
+        return
+    attempt, best = "", dict[str, str]()
+    for trials in zip(*(cell.trials[:_LOOKED_AT] for cell in cells), strict=False):
+        if len({(one.repetition, one.trial) for one in trials}) > 1 or not all(one.steps for one in trials):
+            continue
+        (step, *_), *_ = steps = [trial.steps[:2] for trial in numbers.records(trials)]
+        said = [" ".join(filter(None, (first.told, *(one.remark for one in later)))) for first, *later in steps]
+        alike = {(first.decision.joint, first.moved) for first, *_ in steps} == {(step.decision.joint, step.moved)}
+        if alike and len({*said}) > max(1, len({*best.values()})):
+            attempt = f"after {step.decision.joint} {'moved' if step.moved else 'was blocked'}"
+            best = dict(zip((cell.condition for cell in cells), said, strict=True))
+    if best:
+        yield Fact(about="overview", name="attempt", text=attempt)
+        yield from (Fact(about=_TOLD, name=name, text=text) for name, text in best.items())
+
+
 def answer_of(found: Results) -> str:
     """What the study found: the sentences of the question that it asks, or what changed success."""
     solved, broke = found.where("success", of=""), found.where("broken", of="")
@@ -146,7 +174,7 @@ def answer_of(found: Results) -> str:
     alone = bool(shown) and not found.several_p and not found.beside_flips
     axis = found.main_axis
     if found.where("false_report_effect", of="total"):
-        said = " ".join(why.answers(found))
+        said = why.answer(lines, found)
     elif found.progress.every_look and (misread or alone):
         said = "The answer holds for one look: it stands here when all planned trials are played."
     elif misread and not declared:
@@ -208,6 +236,7 @@ def _show(found: Results) -> Iterator[Part]:
         "who": list(introduced.items()) if len(introduced) <= _WHO_MOST else [],
         "panel": Template("panel", {"box": box, "chain": _chain(box)}) if box else None,
         "chain": bool(_chain(box)),
+        "told": found.facts_about(_TOLD),
         "curve": curve_figure(found, wide=True) if drawn else "",
         "narrow": curve_figure(found, wide=False) if drawn else "",
         "axis": drawn[0].name if drawn else "",

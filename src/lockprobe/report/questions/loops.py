@@ -71,7 +71,11 @@ def _said(found: Results) -> Iterator[str]:
         for course, cell in lowest
     ]
     over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
-    said = ", ".join(rates) if len(rates) <= MOST_NAMED else f"{range_of(min(over), max(over))} for {len(over)} agents"
+    said = (
+        ", ".join(rates)
+        if len(rates) <= MOST_NAMED
+        else f"{range_of(min(over), max(over))} for the {len(over)} agents of the answer"
+    )
     yield f"Trials with a loop {at_lowest(found)}: {said}." if rates else ""
     changes = [
         f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from statistics import median
 from typing import Any
 
-from lockprobe.foundation.formatting import count
+from lockprobe.foundation.formatting import count, listed
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.report.answer import known_of_broken
@@ -131,13 +131,11 @@ def _show_broken(found: Results) -> Iterator[Part]:
 def _show_limits(found: Results) -> Iterator[Part]:
     """The answer says which parts of the study stand for those of the paper, which are not public."""
     answer = "Other boxes may differ." if len(found.boxes) == 1 else boxes_said(found)
-    box, strategy = any(one.get("name") == "chain-4" for one in found.boxes), bool(found.reconstructed)
-    if box and strategy:
-        answer += " The box and the human-inspired strategy are reconstructions."
-    elif box or strategy:
-        answer += f" The {'box' if box else 'human-inspired strategy'} is a reconstruction."
+    rebuilt = [str(box["name"]) for box in found.boxes if box.get("name") == "chain-4"]
+    rebuilt += ["the human-inspired strategy"] * bool(found.reconstructed)
+    answer += f" Reconstructed: {listed(rebuilt)}." if rebuilt else ""
     errors = any(row.value for row in found.where("left_out", of="ended as error"))
-    values = {"caveat": LENGTHS, "errors": errors, "boxes": boxes_said(found)}
+    values = {"caveat": LENGTHS, "errors": errors, "boxes": boxes_said(found), "rebuilt": rebuilt}
     yield Part("Limits", answer, [Template("limits", values)])
 
 

@@ -99,7 +99,7 @@ def _note(found: Results) -> Note:
 
 
 def _dose_caption(found: Results, dose: str) -> Note:
-    said = f"Share of trials solved by {dose}, with the exact success of random agents. {_ALIKE}"
+    said = f"Share of trials solved by {dose}, with the chance level (choices at random, exact). {_ALIKE}"
     return Note(said, f"Intervals are {interval_kind(found)}.")
 
 
@@ -112,7 +112,7 @@ def _caption(found: Results) -> Note:
     return Note(
         f"The paper's Fig. 4: success by flip rate.{f' Hollow stars: values in its text, {drawn}.' * bool(drawn)}",
         f"Dots are repetitions, markers their means with {interval_kind(found)}.{fit}",
-        f"Grey: exact success of random agents with and without immediate repeats. {_ALIKE}",
+        f"Grey: the chance level, choices at random with and without immediate repeats, exact. {_ALIKE}",
     )
 
 
@@ -144,7 +144,7 @@ def _panel(axes: Any, course: Shown) -> None:
     figures.dose_axis(axes, cells, course.name)
     if levels := [curve.value[-1] or 0.0 for curve in course.found.random_play]:
         look: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.18, "linewidth": 0, "zorder": 0}
-        axes.axhspan(min(levels), max(levels), label="random play", **look)
+        axes.axhspan(min(levels), max(levels), label="chance level", **look)
     if cells[0].p is not None and course.subject:
         figures.published(axes, [(rate, SOLVED[rate > 0].value) for rate in paper_rates(cells)])
     trials = figures.counts(cell.trials for cell in cells)

@@ -2,50 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import listed, p_cell
-from lockprobe.report.format import conclusion_of
+from lockprobe.foundation.formatting import MOST_NAMED, listed, p_cell, percent
+from lockprobe.foundation.grouping import grouped
+from lockprobe.report.format import alone, beside, conclusion_of, entry_text
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, CONTRAST
-from lockprobe.report.rows import Fact, Results, Row, measured_row, who
-from lockprobe.report.section import Lines, Note, Part, Section, Table, note_at
+from lockprobe.report.rows import Fact, Results, Row, measured_row
+from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.every_look import E_PROCESS
-from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.why import CONTENT, CONTRASTS, MARGIN, PART, TOTAL, Decision, Verdict, whys
-from lockprobe.trial.record import PLAIN_WORDS
+from lockprobe.statistics.why import CONTRASTS, MARGIN, PART, TOTAL, Claim, whys
 
-_EFFECT, _CONTRAST, _SUCCESS, _SAID = "false_report_effect", "arm_contrast", "success_in_arm", "why"
+_EFFECT, _CONTRAST, _SUCCESS = "false_report_effect", "arm_contrast", "success_in_arm"
 
-_CLAUSES = {
+_VERDICT, _EVIDENCE = "why", "why, evidence"
+"""What facts are about whose names are an agent and its modality: the verdict, and what shows it in words."""
+
+_SAYS: Mapping[Claim, str] = {
     "last": "a false last statement {ways} it, whatever the first one says",
     "first": "a false first statement {ways} it, whatever the last one says",
     "agreed": "two false statements {way} it, and no change by a single one was detected",
     "contradiction": "one false statement is enough to {way} it",
     "falsity": "two false statements {way} it, and which of them counts is not decided",
-    "form": "a true correction and an irrelevant remark {way} it too",
 }
 """Claim -> what it says of reports in two statements, of which the last is called a correction."""
 
-_VERDICTS: Mapping[Verdict, str] = {
-    "says": "Through what they say.",
-    "form": "As any odd report does.",
-    "both": "Through what they say, and as any odd report does.",
-    "blurred": "Not decided: a true correction changes success too.",
-    "not decided": "Not decided: more blocks may tell.",
-    "no change": f"They change it by less than {100 * MARGIN:.0f} points.",
-    "inconclusive": "No effect of false reports was detected.",
+_BECAUSE: Mapping[str, str] = {
+    "says": ", because of what they say",
+    "form": ", and so do true reports that come with a correction or a remark: nothing need be false",
+    "both": ", partly because of what they say: true reports that come with a correction or a remark do so too",
+    "blurred": "; why is not decided, since true reports that come with a correction do so too",
+    "not decided": "; why is not decided, and more blocks may tell",
 }
-"""What was decided on one agent, in a few words."""
+"""Verdict on agents whose success changes -> the end of the sentence on them."""
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
-    cells, found = numbers.by_name, list(whys(numbers.by_name, numbers.design))
-    for agent, modality, p, conditions, agents, decision in found:
+    cells = numbers.by_name
+    for agent, modality, p, conditions, agents, decision in whys(cells, numbers.design):
         of: dict[str, Any] = {"agent": agent, "modality": modality, "family": "agents", "unit": "points"}
         of |= {"corrected_for": agents, "doses": {"flip.p": p}}
         of |= {"test": E_PROCESS if cells[agent, conditions["truth"]].order else "sign flips of blocks"}
@@ -54,58 +54,59 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             yield measured_row(_CONTRAST, mean, **of, of=name)
         for arm, name in conditions.items():
             yield from cells[agent, name].share(_SUCCESS, cells[agent, name].success, of=arm)
-    named = sum(bool(decision.claims) for *_, decision in found)
-    several = f"A cause is named for {named} of {len(found)} agents."
-    said = several if len(found) > 1 else "".join(_VERDICTS[decision.verdict] for *_, decision in found)
-    facts = {"verdict": said} if found else {}
-    for i, one in enumerate(sorted(found, key=lambda one: one[0] not in numbers.subjects)):
-        facts[f"{i}"] = why_said(one[0], one[1], one[-1])
-    yield from (Fact(about=_SAID, name=name, text=text) for name, text in facts.items())
+        yield Fact(about=_VERDICT, name=f"{agent}, {modality}", text=decision.verdict)
+        way = "raise" if decision.way > 0 else "lower"
+        if says := [_SAYS[one].format(way=way, ways=f"{way}s") for one in decision.claims if one in _SAYS]:
+            yield Fact(about=_EVIDENCE, name=f"{agent}, {modality}", text=listed(says))
 
 
-def answers(found: Results) -> list[str]:
-    """What false reports do to the success of each agent, and why; none if that is not asked."""
-    return [text for name, text in found.facts_about(_SAID).items() if name.isdecimal()]
+def answer(lines: Sequence[Line], found: Results) -> str:
+    """What false reports do to the success of these agents and why, a sentence for each cause; empty if not asked."""
+    verdicts = found.facts_about(_VERDICT)
+    known = grouped(lines, lambda line: verdicts.get(f"{line.agent}, {line.modality}", ""))
+    said, margin = list[str](), f"{100 * MARGIN:.0f} points"
+    for verdict in (one for one in _BECAUSE if one in known):
+        by_way = grouped(known[verdict], lambda line: _DOES[line.verdict])
+        some = [f"{'the success' if not i else 'that'} of {_named(own)}" for i, own in enumerate(by_way.values())]
+        does = " and ".join(f"{way} {whose}" for way, whose in zip(by_way, some, strict=True))
+        said.append(f"{'They' if said else 'False reports'} {does}{_BECAUSE[verdict]}.")
+    of = "" if said else " of false reports"
+    if own := known.get("no change"):
+        said.append(f"{'They' if said else 'False reports'} change the success of {_named(own)} by less than {margin}.")
+    if own := known.get("inconclusive"):
+        open_ = f"and a change of {margin} or more is not excluded"
+        said.append(f"No effect{of} on the success of {_named(own)} was detected, {open_}.")
+    return " ".join(said)
 
 
-def why_said(agent: str, modality: str, decision: Decision) -> str:
-    """What happened to the success of one agent; then the cause, or what is not decided."""
-    margin = f"{100 * MARGIN:.0f} points"
-    of = f"the success of {who(agent, '' if modality in PLAIN_WORDS else spoken(modality))}"
-    if decision.verdict == "no change":
-        return f"False reports change {of} by less than {margin}."
-    if decision.verdict == "inconclusive":
-        said = f"No effect of false reports on {of} was detected"
-        return f"{said}, and a change of {margin} or more is not excluded."
-    way = "raise" if decision.way > 0 else "lower"
-    return f"False reports {way} {of} by {100 * abs(decision.total.value):.0f} points. {_cause(decision, way)}."
+_DOES = {"solves more": "raise", "solves fewer": "lower"}
+"""Verdict on a line -> what false reports do to success."""
 
 
-def _cause(decision: Decision, way: str) -> str:
-    if decision.verdict == "blurred":
-        return f"Why is not decided: a true correction {way}s it too, so corrections cannot tell"
-    if decision.verdict == "not decided":
-        return "Why is not decided: through what they say, or as any odd report does; more blocks may tell"
-    clauses = {claim: _CLAUSES[claim].format(way=way, ways=f"{way}s") for claim in decision.claims}
-    if decision.verdict == "form":
-        return f"They do so as any odd report does: {clauses['form']}, so nothing false is needed"
-    says = listed([said for claim, said in clauses.items() if claim in CONTENT])
-    also = f"; and as any odd report does: {clauses['form']}" if "form" in clauses else ""
-    return f"They do so through what they say: of reports that are given and then corrected, {says}{also}"
+def _named(lines: Sequence[Line]) -> str:
+    """Agents by name, with the change of those whose success changes; of many how many."""
+    if len(lines) > MOST_NAMED:
+        return f"{len(lines)} agents"
+    changes = [entry_text(alone(line.change)).lstrip("+\N{MINUS SIGN}") for line in lines]
+    by = [f" by {change} points" * (line.verdict in _DOES) for line, change in zip(lines, changes, strict=True)]
+    return listed([f"{line.label}{changed}" for line, changed in zip(lines, by, strict=True)])
 
 
 def _table(found: Results) -> Lines:
     yield CONTRAST
     for total in found.where(_EFFECT, of="total"):
         own = {"agent": total.agent, "modality": total.modality}
-        solved = {row.of: 100 * (row.value or 0.0) for row in found.where(_SUCCESS, **own)}
+        solved = {row.of: row for row in found.where(_SUCCESS, **own)}
         for row in (total, *found.where(_CONTRAST, **own)):
             one = TOTAL if row is total else CONTRASTS[row.of]
             arms = ", ".join(f"{less}{ARROW}{more}" for more, less in zip(one.of, one.minus, strict=True))
-            shares = f"{solved[one.minus[0]]:.0f}{ARROW}{solved[one.of[0]]:.0f} %" if len(one.of) == 1 else None
+            less, more = solved[one.minus[0]], solved[one.of[0]]
+            single = len(one.of) == 1
+            shares = ARROW.join((percent(less.value), percent(more.value))) if single else None
+            change = beside(row, less, more) if single else row
             concluded = conclusion_of(row, at=ALPHA if row is total else PART)
             name = "false reports" if row is total else row.of
-            yield [row.agent, name, arms, shares, row, p_cell(row.p_value), concluded, str(row.clusters)]
+            yield [row.agent, name, arms, shares, change, p_cell(row.p_value), concluded, str(row.clusters)]
 
 
 TABLE = Table("why", _table, 3, drawn="change, points", rare=("agent",))
@@ -136,10 +137,15 @@ _LIMITS = Note(
 
 
 def _show(found: Results) -> Iterator[Part]:
-    if said := answers(found):
-        verdict = found.fact(_SAID, "verdict")
-        heading = "Why do false reports change success?"
-        yield Part(heading, verdict, [said, TABLE, note_at(found, _NOTE), _LIMITS])
+    if not (verdicts := found.facts_about(_VERDICT)):
+        return
+    named = sum(verdict in ("says", "form", "both") for verdict in verdicts.values())
+    several = f" for {named} of {len(verdicts)} agents" * (len(verdicts) > 1)
+    said = f"{'A' if named else 'No'} cause is named{several}."
+    shown = {line.label: found.fact(_EVIDENCE, f"{line.agent}, {line.modality}") for line in primary_lines(found)}
+    two = "of reports that are given and then corrected"
+    evidence: list[Block] = [[f"{label}: {two}, {of}." for label, of in shown.items() if of]] * any(shown.values())
+    yield Part("Why do false reports change success?", said, [*evidence, TABLE, note_at(found, _NOTE), _LIMITS])
 
 
 SECTIONS = (Section("why", "Why false reports change success", _rows, _show, (TABLE,)),)
