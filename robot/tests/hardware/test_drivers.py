@@ -27,7 +27,7 @@ class FakeRobot:
     has_errors, is_in_control, recovers, error = False, True, True, None
     state = types.SimpleNamespace(
         F_T_EE=types.SimpleNamespace(matrix=EFFECTOR), O_T_EE=types.SimpleNamespace(matrix=EFFECTOR),
-        O_F_ext_hat_K=[1.0, 2.0, 3.0, 0, 0, 0], control_command_success_rate=0.98,
+        O_F_ext_hat_K=[1.0, 2.0, 3.0, 0, 0, 0],
     )  # fmt: skip
 
     def __init__(self, host, **settings):
@@ -102,7 +102,6 @@ def test_forces_come_from_the_reader_or_with_their_sign_turned_from_the_robot(ar
     assert arm.force() == pytest.approx([-1, -2, -3])
     arm._wrench = lambda: np.array([0.0, 0.0, 1.0])
     assert arm.force() == pytest.approx(arm._pose()[:3, 2])
-    assert arm.success_rate == 0.98
 
 
 def test_faults(arm):

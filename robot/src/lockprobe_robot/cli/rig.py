@@ -66,10 +66,9 @@ def check(
     except PlantFault as fault:
         raise UserMistake(str(fault)) from None
     if json:
-        print(json_.dumps({**asdict(found), "facts": dict(rig.facts), "complaints": found.complaints}))
+        print(json_.dumps({**asdict(found), "facts": dict(rig.facts)}))
     else:
-        rate = "not reported by this arm" if found.success_rate is None else f"{found.success_rate:.1%}"
-        print(f"Late: {found.late} of {found.commands} commands; success rate: {rate}")
+        print(f"Late: {found.late} of {found.commands} commands")
         force, astray = (max(getattr(one, what) for one in found.motions) for what in ("force", "astray"))
         print(f"In free air: greatest force {force:.1f} N, off by at most {1000 * astray:.1f} mm")
         print("\n".join(f"Not good enough: {complaint}." for complaint in found.complaints) or "Good enough.")

@@ -121,12 +121,6 @@ class Bounded:
         """Seconds since a fixed moment, by the arm's clock."""
         return self._arm.time
 
-    @property
-    def success_rate(self) -> float | None:
-        """Share of control commands that the robot received in time, [0, 1]; None if the arm does not report it."""
-        rate = self._call("state", lambda: getattr(self._arm, "success_rate", None), self._bounds.answer)
-        return None if rate is None else float(rate)
-
     def home(self) -> None:
         """Go to the homing pose; raises as every command."""
         self._begin("home")

@@ -85,11 +85,6 @@ class FrankyArm:
         """Seconds of a monotonic clock."""
         return time.monotonic()
 
-    @property
-    def success_rate(self) -> float:
-        """Share of the last 100 control commands that the robot received in time, [0, 1]."""
-        return float(self._robot.state.control_command_success_rate)
-
     def home(self) -> None:
         """Go to the homing pose."""
         self._go(HOME)
