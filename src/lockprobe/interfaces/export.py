@@ -16,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any, Literal, get_args
 
-from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.errors import BadFile, BadValue, needing
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.foundation.terminal_text import one_line, readable
 from lockprobe.people.diary import Answers, Attempt, Diary, Did, acts_of_steps, read_diaries, seconds_of_trials
@@ -27,6 +27,7 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import played
 from lockprobe.studies.study import Study
+from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT
 
@@ -113,17 +114,15 @@ class Table:
                 with draft.open("w", encoding="utf-8", newline="") as file:
                     self.write_text(file, kind)
                 return [path, beside]
-            try:
+            with needing("Parquet files", "parquet"):
                 arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
-            except ImportError:
-                raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
             kinds = {"integer": arrow.int64(), "number": arrow.float64(), "string": arrow.string()}
-            typed = {one["name"]: one["datatype"]["base"] for one in described}
+            schema = arrow.schema([(one["name"], kinds[one["datatype"]["base"]]) for one in described])
+            numbers = {one.name for one in schema if one.type != arrow.string()}
             rows = [
-                {column: None if cell == "" and typed[column] != "string" else cell for column, cell in row.items()}
+                {name: None if name in numbers and cell == "" else cell for name, cell in row.items()}
                 for row in self.rows()
             ]
-            schema = arrow.schema([(column, kinds[base]) for column, base in typed.items()])
             parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)
         return [path, beside]
 
@@ -174,20 +173,14 @@ def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = _
             for step, said in zip(trial.steps, trial.said, strict=True):
                 did, next_did = (acts.get((trial.key, number)) for number in (step.step, step.step + 1))
                 claimed, told = None if said is None else said == "moved", step.told_moved
-                row = of_trial | {
-                    "step": step.step,
-                    "joint": step.joint,
+                row = of_trial | _named(step, "step", "joint", "moved", "told_moved", "chosen", "state")
+                row |= {
                     "label": labels[step.joint],
-                    "moved": step.moved,
-                    "told_moved": told,
                     "claimed": claimed,
                     "misread": None if claimed is None or told is None else claimed != told,
-                    "state": step.state,
                     "target": step.moved and step.joint == trial.target,
-                    "ending": trial.ending,
                     "panel": " ".join(trial.joints),
                     "reply": step.decision.replies[-1] if step.decision.replies else None,
-                    "chosen": step.chosen,
                     "verdict": step.sensed.get(VERDICT),
                     "camera": step.sensed.get(CAMERA),
                 }
@@ -207,10 +200,8 @@ def trials_table(trials: Sequence[Trial], seconds: Mapping[str, float] = _NONE) 
         for trial in trials:
             loops, said = cover(trial.actions), claims(trial)
             yield _of_trial(trial) | {
-                "ending": trial.ending,
                 "solved": None if trial.error else trial.solved,
                 "steps": len(trial.steps),
-                "budget": trial.budget,
                 "moves": sum(step.moved for step in trial.steps),
                 "false_reports": sum(step.told_falsely for step in trial.steps),
                 "claims": len(said),
@@ -226,19 +217,14 @@ def trials_table(trials: Sequence[Trial], seconds: Mapping[str, float] = _NONE) 
 
 def _of_trial(trial: Trial) -> Row:
     person = trial.player.removeprefix(f"{trial.group}:")  # empty if nobody played
-    return {
-        "participant": person,
-        "key": trial.key,
-        "agent": trial.called or trial.agent,
-        "box": trial.box,
-        "modality": trial.modality,
-        "condition": trial.condition,
-        "p": trial.p,
-        "repetition": trial.repetition,
-        "trial": trial.trial,
-        "position": trial.facts.get("position") if person else None,
-        "view": trial.facts.get("view") if person else None,
-    }
+    named = _named(trial, "key", "box", "modality", "condition", "p", "repetition", "trial", "ending", "budget")
+    theirs = {name: trial.facts.get(name) for name in ("position", "view")} if person else {}
+    return named | theirs | {"participant": person, "agent": trial.called or trial.agent}
+
+
+def _named(one: object, *names: str) -> Row:
+    """The columns that are called what an object calls them."""
+    return {name: getattr(one, name) for name in names}
 
 
 def _rt(did: Did) -> float | None:
@@ -283,21 +269,7 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
         BadFile: If a file is damaged, a diary and a record disagree, or the table is of people and nobody took part.
     """
     if name == "calls":
-        return Table(
-            "calls",
-            lambda: (
-                {
-                    "key": call.key,
-                    "agent": call.agent,
-                    "step": call.step,
-                    "call": call.turn,
-                    "input_tokens": call.usage.input_tokens,
-                    "output_tokens": call.usage.output_tokens,
-                    "call_seconds": call.seconds,
-                }
-                for call in read_calls(directory)
-            ),
-        )
+        return Table("calls", lambda: map(_call, read_calls(directory)))
     study = read_study(directory)
     trials, _ = played(directory, study)
     diaries = [kept.without_identity(platform=platform_ids) for kept in read_diaries(directory)]
@@ -317,6 +289,15 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
         f"platform_{name}": {"meaning": f"{name}, as the recruitment platform gave it in the URL."} for name in named
     }
     return Table("participants", lambda: map(_participant, diaries), platform)
+
+
+def _call(call: Call) -> Row:
+    return _named(call, "key", "agent", "step") | {
+        "call": call.turn,
+        "input_tokens": call.usage.input_tokens,
+        "output_tokens": call.usage.output_tokens,
+        "call_seconds": call.seconds,
+    }
 
 
 def _participant(kept: Diary) -> Row:
@@ -351,25 +332,20 @@ def _acts(study: Study, diaries: list[Diary], acts: Mapping[tuple[str, int], Did
         for did in kept.lines:
             if did.scene == "late":
                 continue
-            row: Row = {
-                "participant": kept.joined.identity,
-                "turn": did.turn,
+            row = _named(did, "turn", "at") | {
+                "participant": kept.identity,
                 "scene": did.scene if did.act else "broken",
                 "position": did.box,
                 "key": keys.get(did.box or 0),
                 "rt_ms": _rt(did),
-                "at": did.at,
             }
             if isinstance(did.act, Attempt):
                 width, height = did.act.viewport or (None, None)
-                row |= {
-                    "step": did.step,
+                row |= _named(did, "step", "shown", "ended") | {
                     "label": did.act.joint,
                     "claim": did.act.claimed,
                     "report": did.told,
-                    "shown": did.shown,
                     "claim_rt_ms": did.act.claimed_rt,
-                    "ended": did.ended,
                     "recorded": id(did) in recorded,
                     "pointer": did.act.pointer,
                     "window_width": width,
@@ -386,13 +362,10 @@ def _answers(diaries: list[Diary], experiment: Experiment | None) -> Iterator[Ro
     for kept in diaries:
         for did in kept.lines:
             if isinstance(did.act, Answers) and did.scene in ("check", "ask"):
-                yield {
-                    "participant": kept.joined.identity,
-                    "scene": did.scene,
+                yield _named(did, "scene", "right", "at") | {
+                    "participant": kept.identity,
                     "name": did.item,
                     "question": asked.get((did.scene, did.item)),
                     "answer": did.act.answers[0],
-                    "right": did.right,
                     "rt_ms": did.act.rt,
-                    "at": did.at,
                 }

@@ -14,8 +14,6 @@ import asyncio
 import base64
 import json
 import logging
-import os
-import stat
 import sys
 from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, nullcontext
@@ -74,13 +72,21 @@ _DESCRIPTIONS = {
     "attempt": "Attempt one joint, and read what follows. Every call is one step of the trial.",
 }
 
-_ASKED: Mapping[str, str] = {
-    "joint": "In every step call the tool attempt once. joint is the joint to attempt.",
-    "last_action": 'last_action is what your last action did, "moved" or "did not move"; leave it out in the first '
-    "step.",
-    "hypothesis": "hypothesis is a short sentence on how the box works, if you have one.",
+_ARGUMENTS: Mapping[str, tuple[str, dict[str, Any]]] = {
+    "joint": (
+        "In every step call the tool attempt once. joint is the joint to attempt.",
+        {"enum": [], "description": "The joint to attempt."},
+    ),
+    "last_action": (
+        'last_action is what your last action did, "moved" or "did not move"; leave it out in the first step.',
+        {"enum": [*CLAIMS], "description": "What your last action did, from step 2 on."},
+    ),
+    "hypothesis": (
+        "hypothesis is a short sentence on how the box works, if you have one.",
+        {"maxLength": LONGEST_HYPOTHESIS, "description": "How the box works, in a sentence."},
+    ),
 }
-"""How to reply, argument by argument."""
+"""The arguments of an attempt: how to reply, and what their schema says beside that they are text."""
 
 _SAID: Mapping[Outcome | None, str] = {
     "moved": "You said that your last action had moved its joint. ",
@@ -105,21 +111,15 @@ class ToolSession:
     def __init__(self, study: Study, agent: str, journal: Journal, place: Executor, trials_each: int | None) -> None:
         self.study, self.agent = study, agent
         self._journal, self._log, self._place, self._most = journal, AttemptLog(journal.store), place, trials_each
-        arguments: dict[str, dict[str, Any]] = {
-            "joint": {"enum": [*LABELS[: len(study.box.joints)]], "description": "The joint to attempt."}
-        }
-        if study.assessment:
-            described = "What your last action did, from step 2 on."
-            arguments["last_action"] = {"enum": [*CLAIMS], "description": described}
-        if study.hypothesis != "off":
-            described = "How the box works, in a sentence."
-            arguments["hypothesis"] = {"maxLength": LONGEST_HYPOTHESIS, "description": described}
-        texts = {name: {"type": "string", **about} for name, about in arguments.items()}
+        asked = {"joint": True, "last_action": study.assessment, "hypothesis": study.hypothesis != "off"}
+        names = [name for name in _ARGUMENTS if asked[name]]
+        texts = {name: {"type": "string", **_ARGUMENTS[name][1]} for name in names}
+        texts["joint"]["enum"] = [*LABELS[: len(study.box.joints)]]
         self.schemas: dict[str, dict[str, Any]] = {
             tool: {"type": "object", "properties": own, "required": [*own][:1], "additionalProperties": False}
             for tool, own in (("observe", {}), ("attempt", texts))
         }
-        self._how = " ".join([*map(_ASKED.__getitem__, arguments), "Wait for the result before the next call."])
+        self._how = " ".join([*(_ARGUMENTS[name][0] for name in names), "Wait for the result before the next call."])
         self._trial: PausedTrial | None = None
         self._begun = 0
         self._owed = self._due()
@@ -183,15 +183,22 @@ class ToolSession:
         try:
             if tool not in self.schemas:
                 raise CallRefused(f"no tool is called {tool[:40]!r}; there are observe and attempt.")
-            known = self.schemas[tool]["properties"]
-            texts = {name: value for name, value in given.items() if value is not None}
-            for name, value in texts.items():
-                if name not in known:
-                    takes = ", ".join(known) or "no argument"
-                    raise CallRefused(f"{tool} has no argument {name[:40]!r}; it takes {takes}. This call did nothing.")
-                if not isinstance(value, str):
-                    kind = type(value).__name__
-                    raise CallRefused(f"{name}: expected text, got {kind}. This call did nothing.")
+            known, texts = self.schemas[tool]["properties"], dict[str, str]()
+            asked = {name: value for name, value in given.items() if value is not None}
+            for name, value in (dict.fromkeys(self.schemas[tool]["required"], "") | asked).items():
+                about = known.get(name)
+                if about is None:
+                    why = f"{tool} has no argument {name[:40]!r}; it takes {', '.join(known) or 'no argument'}"
+                elif not isinstance(value, str):
+                    why = f"{name}: expected text, got {type(value).__name__}"
+                elif value not in about.get("enum", [value]):
+                    why = f"{name}: {value[:40]!r} is none of {', '.join(about['enum'])}"
+                elif len(value) > about.get("maxLength", len(value)):
+                    why = f"{name}: at most {about['maxLength']} characters"
+                else:
+                    texts[name] = value
+                    continue
+                raise CallRefused(f"{why}. This call did nothing.")
             return await (self._observe(facts) if tool == "observe" else self._attempt(texts))
         except (BadFile, BadValue) as error:  # said without the path
             _log.error("%s", error)  # for whoever started the server
@@ -258,22 +265,16 @@ class ToolSession:
         plans = next_plans(self.study, self._journal)(self.agent)
         return {plan.key: plan for plan in plans if self._journal.owes(plan.key)}
 
-    async def _attempt(self, given: Mapping[str, Any]) -> Reply:
+    async def _attempt(self, given: Mapping[str, str]) -> Reply:
         trial = self._trial
         if trial is None or trial.situation is None:
             raise CallRefused("No trial is under way, so this call did nothing. Call observe first.")
-        joint, said, hypothesis = given.get("joint", ""), given.get("last_action"), given.get("hypothesis", "")
-        task, first, claimed = trial.situation.task, trial.situation.percept.joint is None, CLAIMS.get(said or "none")
-        for wrong, why in (
-            (joint not in task.joints, f"joint: {joint[:40]!r} is none of {', '.join(task.joints)}"),
-            (len(hypothesis) > LONGEST_HYPOTHESIS, f"hypothesis: at most {LONGEST_HYPOTHESIS} characters"),
-            (said and said not in CLAIMS, f"last_action: {(said or '')[:40]!r} is none of {', '.join(CLAIMS)}"),
-            (first and claimed, "last_action: there is no last action yet; leave it out"),
-            (task.assessment and not first and not claimed, 'last_action is missing: "moved" or "did not move"'),
-        ):
-            if wrong:
-                raise CallRefused(f"{why}. This call did nothing.")
-        step = RecordedAttempt(joint, claimed, hypothesis=without_keys(hypothesis))
+        first, claimed = trial.situation.percept.joint is None, CLAIMS.get(given.get("last_action", "none"))
+        if first and claimed:
+            raise CallRefused("last_action: there is no last action yet; leave it out. This call did nothing.")
+        if trial.situation.task.assessment and not first and not claimed:
+            raise CallRefused('last_action is missing: "moved" or "did not move". This call did nothing.')
+        step = RecordedAttempt(given["joint"], claimed, hypothesis=without_keys(given.get("hypothesis", "")))
         told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
         try:
             if trial.sound:
@@ -358,14 +359,11 @@ async def serve_stdio(session: ToolSession) -> None:
     Raises:
         BadValue: If standard input is a file.
     """
-    try:
-        of_a_file = stat.S_ISREG(os.fstat(sys.stdin.fileno()).st_mode)
-    except ValueError:  # it is nothing of the system
-        of_a_file = True
-    if of_a_file:
-        raise BadValue("standard input", "a file", "a pipe from the client that starts this command")
     reader = asyncio.StreamReader(limit=LONGEST_LINE)  # its reading can be cancelled, unlike that of a thread
-    await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    try:
+        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    except ValueError:
+        raise BadValue("standard input", "a file", "a pipe from the client that starts this command") from None
     server, lines = make_server(session), _lines(reader)
     async with stdio_server(stdin=lines) as (reading, writing):  # type: ignore[arg-type] # it is only iterated over
         await server.run(reading, writing, server.create_initialization_options())
