@@ -12,7 +12,6 @@ from seated import people_study, short, under
 
 from lockprobe.boxes.solve import optimum
 from lockprobe.people.assignment import (
-    Given,
     assigned,
     boxes_each,
     conditions_of,
@@ -20,6 +19,7 @@ from lockprobe.people.assignment import (
     trials_for,
     williams,
 )  # fmt: skip
+from lockprobe.people.diary import Diary, Did, Joined
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.options.studyfile import study as study_from
 
@@ -33,12 +33,19 @@ def study_of(conditions, repetitions=1, trials=4, seed=7):
     return under(*CONDITIONS[:conditions], repetitions=repetitions, trials=trials, seed=seed)
 
 
+def diary_of(slots, kept):
+    """Of somebody who got these trials, and whose other boxes broke."""
+    joined = Joined(identity="a", token="", at=0.0, platform={}, slots=slots, words="")
+    broken = [box for box, slot in enumerate(slots, 1) if slot not in kept]
+    return Diary(joined, [Did(at=0.0, turn=2, scene="box", act=None, box=box, ended="error") for box in broken])
+
+
 def joining(study, experiment, people=None, leave=lambda number, slots: slots, taken=()):
     """The trials of so many who join one after the other, or of all there is room for; and those that they keep."""
     given, gone = [], {(one.condition, one.repetition, one.trial) for one in taken}
     while (people is None or len(given) < people) and (slots := assigned(study, experiment, given, gone)):
-        given.append(Given(slots, leave(1 + len(given), slots)))
-    return [one.slots for one in given], [one.kept for one in given]
+        given.append(diary_of(slots, leave(1 + len(given), slots)))
+    return [one.joined.slots for one in given], [one.slots_kept for one in given]
 
 
 def spread(counts, among):
@@ -106,7 +113,7 @@ def test_what_is_taken_is_left_alone_and_the_same_is_given_for_the_same(taken, p
 def test_who_withdraws_leaves_a_hole_that_is_filled_first_and_another_seed_gives_other_orders():
     study = study_of(4, trials=4)
     people, _ = joining(study, short(), 3)
-    without = [Given(slots, slots) for slots in (people[0], people[2])]
+    without = [diary_of(slots, slots) for slots in (people[0], people[2])]
     assert [slot.condition for slot in assigned(study, short(), without)] == [slot.condition for slot in people[1]]
     first = [joining(study_of(5, trials=9, seed=seed), short(), 1)[0][0] for seed in range(12)]
     assert len({tuple(slot.condition for slot in slots) for slots in first}) > 6
@@ -160,7 +167,7 @@ def persons(asked=None, experiment=None, p=(0, 0.4), people=80):
     given = []
     for person in range(people):
         slots = assigned(planned, experiment, given)
-        given.append(Given(slots, slots))
+        given.append(diary_of(slots, slots))
         identity = f"{person:08x}"
         yield practice_plan(planned, experiment, identity).box, [slot.plan(planned, identity).box for slot in slots]
 
@@ -194,7 +201,7 @@ def test_nobody_plays_a_box_twice_and_boxes_are_balanced_over_conditions_and_pos
     given, conditions, positions = [], Counter(), Counter()
     for _ in range(people):
         slots = assigned(planned, experiment, given)
-        given.append(Given(slots, slots))
+        given.append(diary_of(slots, slots))
         boxes = [planned.box_of(slot.trial).name for slot in slots]
         assert len({*boxes}) == len(boxes) == boxes_each(planned, experiment)
         conditions.update((slot.condition, box) for slot, box in zip(slots, boxes, strict=True))

@@ -16,14 +16,13 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import product
 from math import ceil
-from typing import NamedTuple
 
 import numpy as np
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.seeds import generator, integer_seed
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.people.diary import Slot
+from lockprobe.people.diary import Diary, Slot
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
@@ -56,26 +55,20 @@ def trials_for(people: int, conditions: int, repetitions: int, experiment: Exper
     return ceil(luck / repetitions)
 
 
-class Given(NamedTuple):
-    """The trials that a participant got, in order, and those of them that nobody else can play any more."""
-
-    slots: Sequence[Slot]
-    kept: Collection[Slot]
-
-
 def assigned(
-    study: Study, experiment: Experiment, given: Collection[Given], on_record: Collection[tuple[str, int, int]] = ()
+    study: Study, experiment: Experiment, given: Collection[Diary], on_record: Collection[tuple[str, int, int]] = ()
 ) -> tuple[Slot, ...]:
     """The trials of a participant who joins now, in order: :func:`boxes_each`, or fewer where not as many are left.
 
-    ``on_record`` are the condition, repetition and number of more trials that cannot be given any more.
+    ``given`` are the diaries of all others, ``on_record`` condition, repetition and number of more trials that cannot
+    be given any more.
     """
-    taken = {*on_record, *((slot.condition, slot.repetition, slot.trial) for _, kept in given for slot in kept)}
+    taken = {*on_record, *((slot.condition, slot.repetition, slot.trial) for one in given for slot in one.slots_kept)}
     order = _order(study, boxes_each(study, experiment), given, taken)
     return _with_luck(order, study, given, taken) if order else ()
 
 
-def _order(study: Study, length: int, given: Collection[Given], taken: set[tuple[str, int, int]]) -> list[str]:
+def _order(study: Study, length: int, given: Collection[Diary], taken: set[tuple[str, int, int]]) -> list[str]:
     """Every condition equally often, as far as the length goes; the rest from those that were played least.
 
     Of these, ties go to the condition that others got least often together with those already found, and each takes
@@ -85,8 +78,8 @@ def _order(study: Study, length: int, given: Collection[Given], taken: set[tuple
 
     conditions, gone = conditions_of(study), Counter(condition for condition, *_ in taken)
     left, size = {one: study.repetitions * study.trials - gone[one] for one in conditions}, len(conditions)
-    orders = [tuple(slot.condition for slot in slots) for slots, _ in given]
-    played = Counter(slot.condition for _, kept in given for slot in kept)
+    orders = [tuple(slot.condition for slot in one.joined.slots) for one in given]
+    played = Counter(slot.condition for one in given for slot in one.slots_kept)
     shuffled = [conditions[i] for i in generator(study.seed, "people", "orders").permutation(size)]
     rows = [[shuffled[i] for i in row] for row in williams(size)]
     used = [sum(list(order[:size]) == row for order in orders) for row in rows]
@@ -109,7 +102,7 @@ def _order(study: Study, length: int, given: Collection[Given], taken: set[tuple
 
 
 def _with_luck(
-    order: Sequence[str], study: Study, given: Collection[Given], taken: set[tuple[str, int, int]]
+    order: Sequence[str], study: Study, given: Collection[Diary], taken: set[tuple[str, int, int]]
 ) -> tuple[Slot, ...]:
     """A different repetition and trial for each position of an order, from what is free, on different boxes.
 
@@ -124,7 +117,7 @@ def _with_luck(
     box_of = np.array([trial % boxes for _, trial in lucks], dtype=int)
     shut = np.array([[(one, *luck) in taken for luck in lucks] for one in order]).reshape(len(order), len(lucks))
     paired = Counter((one, trial % boxes) for one, _, trial in taken)
-    placed = Counter((position, slot.trial % boxes) for slots, _ in given for position, slot in enumerate(slots))
+    placed = Counter((at, slot.trial % boxes) for other in given for at, slot in enumerate(other.joined.slots))
     price = [
         [
             _AGAIN * again

@@ -26,7 +26,7 @@ from lockprobe.foundation.errors import BadValue, SettingsChanged
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE, group_of, spec_name
 from lockprobe.foundation.storage.atomic_file import write_private
-from lockprobe.people.assignment import Given, assigned, boxes_each
+from lockprobe.people.assignment import assigned, boxes_each
 from lockprobe.people.diary import Act, Agree, Diary, Joined, Slot, make_private, read_diaries, write_entry
 from lockprobe.people.experiment import EXPERIMENT, TEXTS, Experiment, Words, kept_experiment, words_file
 from lockprobe.people.scenes import ActRefused, Scene, Scenes
@@ -242,7 +242,7 @@ class ServerState:
         limit = self._experiment.participants
         if limit is not None and not preview and sum(not one.diary.late for one in self._people) >= limit:
             return ()
-        given = [Given(one.diary.joined.slots, one.diary.slots_kept) for one in self._people]
+        given = [one.diary for one in self._people]
         on_record = [
             (trial.condition, trial.repetition, trial.trial)
             for trial in self._opened.journal.trials.values()
