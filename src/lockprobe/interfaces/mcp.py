@@ -122,7 +122,6 @@ class ToolSession:
         self._how = " ".join([*(_ARGUMENTS[name][0] for name in names), "Wait for the result before the next call."])
         self._trial: PausedTrial | None = None
         self._begun = 0
-        self._owed = self._due()
         self._broken: set[str] = set()
         self._busy = False
 
@@ -156,7 +155,7 @@ class ToolSession:
     @property
     def owed(self) -> int:
         """The number of trials left; of a study that stops when it is decided, those before the next look."""
-        return len(self._owed)
+        return len(self._due())
 
     async def call(self, tool: str, given: Mapping[str, object], facts: Mapping[str, str]) -> Reply:
         """Do one call: ``observe`` or ``attempt``. An attempt is on disk when this returns.
@@ -221,34 +220,34 @@ class ToolSession:
                 "gives this client another --agent-name."
             )
         while self._trial is None:
-            playable = [plan for key, plan in self._owed.items() if key not in self._broken]
+            due = self._due()
+            playable = [plan for plan in due if plan.key not in self._broken]
             if not playable:
-                left = f" ({self.owed} broke and are owed)" if self._owed else ""
+                left = f" ({len(due)} broke and are owed)" if due else ""
                 raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
             # the one left unfinished by the last client or server, or the first
             plan = next((plan for plan in playable if plan.key in self._log.times_begun), playable[0])
-            resumed, begun = self._log.times_begun[plan.key], self._begun
+            resumed = self._log.times_begun[plan.key]
             if self._most is not None and self._begun >= self._most and not resumed:
                 raise CallRefused(f"This session has played its trials ({self._most}). Start the server anew for more.")
-            if not resumed or not self._begun:
-                self._begun += 1
+            position = self._begun + (not resumed or not self._begun)
             trial = await PausedTrial.begin(
                 plan,
                 self._log.attempts.get(plan.key, ()),
-                facts={**facts, "position": self._begun, **({"resumed": resumed} if resumed else {})},
+                facts={**facts, "position": position, **({"resumed": resumed} if resumed else {})},
                 pictures=self._journal.directory / ALBUM,
                 place=self._place,
             )
             if trial.trial is not None:  # it was over and had not been recorded, or its box broke
                 self._record(trial)
-                continue
-            self._trial = trial
-            try:
-                self._log.write(plan.key, "begun")
-            except BadFile:
-                self._begun = begun  # nobody was shown it
-                await self._let_go()
-                raise
+            else:
+                try:
+                    self._log.write(plan.key, "begun")
+                except BadFile:
+                    await trial.close()
+                    raise
+                self._trial = trial
+            self._begun = position
         assert self._trial.situation is not None
         past = self._trial.situation.past  # of a trial that goes on
         lines = ["The trial goes on. Your steps so far:", past[0].percept.text, past[0].remark] if past else []
@@ -261,9 +260,9 @@ class ToolSession:
         text = instructions(self._trial.situation, self._how), "\n".join(filter(None, lines))
         return _reply(self._trial.situation, "\n\n".join(filter(None, text)))
 
-    def _due(self) -> dict[str, Plan]:
+    def _due(self) -> list[Plan]:
         plans = next_plans(self.study, self._journal)(self.agent)
-        return {plan.key: plan for plan in plans if self._journal.owes(plan.key)}
+        return [plan for plan in plans if self._journal.owes(plan.key)]
 
     async def _attempt(self, given: Mapping[str, str]) -> Reply:
         trial = self._trial
@@ -301,9 +300,6 @@ class ToolSession:
             self._log.write(trial.plan.key, "broke")
         if self._journal.owes(trial.plan.key):
             self._journal.append(trial.trial, trial.seconds)
-        if not self._journal.owes(trial.plan.key):
-            self._owed.pop(trial.plan.key, None)
-        self._owed = self._owed or self._due()
 
     async def _let_go(self) -> None:
         trial, self._trial = self._trial, None
