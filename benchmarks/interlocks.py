@@ -102,8 +102,9 @@ def pushed(box: Lockbox, pushes: int, newtons: float, rng: np.random.Generator, 
         before, joint = mechanism.configuration(), int(rng.integers(size))
         mechanism.rest()
         since, clock = data.time, time.perf_counter()
-        moved = mechanism.push(joint, newtons)
+        mechanism.push(joint, newtons)
         tally.seconds += time.perf_counter() - clock
+        moved = mechanism.configuration()[joint] != before[joint]
         tally.steps += (data.time - since) / model.opt.timestep
         _, should = box.attempt(before, joint)
         end = np.abs(mechanism.fractions() - (not before[joint]))[joint]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
 
 import mujoco
 import numpy as np
@@ -17,12 +16,9 @@ from lockprobe_robot.box_model.scene import LockboxScene, build_scene
 from lockprobe_robot.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import SceneSettings
 
-_PUSH: Final = 30.0
-"""Force at a handle, newtons."""
-
 
 class SimulatedPlant:
-    """A simulation as a plant (base class); a subclass implements the attempt.
+    """A simulation as a plant (base class).
 
     Args:
         joints: The joints of the box, with the model and its state.
@@ -61,8 +57,9 @@ class SimulatedPlant:
         )
 
     def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
-        """Act on a joint until the box is at rest; what a robot sensed."""
-        raise NotImplementedError
+        """Act on a joint until the box is at rest, by a push if no arm does; what a robot sensed."""
+        self.joints.push(joint)
+        return {}
 
     def close(self) -> None:
         """Release the renderer."""
@@ -75,13 +72,13 @@ class SimulatedLockbox(SimulatedPlant):
     Its camera draws noise of depth and error of the view from the stream ``noise``.
     """
 
+    joints: Mechanism
+
     def __init__(self, scene: LockboxScene, settings: SceneSettings, noise: np.random.Generator) -> None:
-        model = scene.spec.compile()
-        self._mechanism = Mechanism(model, mujoco.MjData(model), scene)
-        pose, handles = scene.panel.pose, scene.panel.handles
-        super().__init__(
-            self._mechanism, PlantCamera(self._mechanism, pose=pose, handles=handles, settings=settings, rng=noise)
-        )
+        model, panel = scene.spec.compile(), scene.panel
+        joints = Mechanism(model, mujoco.MjData(model), scene)
+        camera = PlantCamera(joints, pose=panel.pose, handles=panel.handles, settings=settings, rng=noise)
+        super().__init__(joints, camera)
 
 
 class FastTwin(SimulatedLockbox):
@@ -101,9 +98,5 @@ class FastTwin(SimulatedLockbox):
         self, box: Lockbox, *, labels: tuple[str, ...], settings: SceneSettings, rng: np.random.Generator
     ) -> None:
         super().__init__(build_scene(box, labels=labels, settings=settings, rng=rng), settings, rng.spawn(1)[0])
-        self._mechanism.set_configuration(box.initial)
-        self._mechanism.settle()
-
-    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
-        self._mechanism.push(joint, _PUSH)
-        return {}
+        self.joints.set_configuration(box.initial)
+        self.joints.settle()

@@ -89,7 +89,7 @@ class Twin(SimulatedLockbox):
 
     def put(self, configuration: Configuration) -> None:
         """Set the configuration with the arm at home, at rest; for measurements."""
-        self._mechanism.set_configuration(configuration)
+        self.joints.set_configuration(configuration)
         self.arm.stand()
         self.settle()
 
@@ -103,7 +103,7 @@ class Twin(SimulatedLockbox):
         if self.settle():
             return touch.as_facts()
         # The hand left a handle between its ends. A person would push it to the nearer one.
-        self._mechanism.set_configuration(self.joints.configuration())
+        self.joints.set_configuration(self.joints.configuration())
         self.settle()
         return {**touch.as_facts(), "nudged": True}
 

@@ -56,7 +56,7 @@ def test_a_verdict_turns_at_a_threshold_and_what_holds_is_let_go_at_once(feel, f
 
 def test_a_hand_that_lands_on_something_goes_up_and_home_and_has_failed():
     def feel(at, time):
-        return WEIGHT + (np.array([0.0, 0.0, 40.0]) if at[2] < 0.22 else 0)
+        return WEIGHT + (np.array([0.0, 0.0, 25.5]) if at[2] < 0.22 else 0)
 
     arm = FakeArm(feel=feel)
     touch = guarded_move(arm, PATH)
@@ -78,5 +78,16 @@ def test_the_order_of_things_and_a_way_that_is_smooth_and_never_faster_than_it_m
     assert points[:, 1].max() == pytest.approx(0.08 + module._OVERDRIVE)
     assert points[-1][2] > 0.2 + 0.9 * CLEARANCE
     assert touch.seconds == pytest.approx(arm.time)
+    numbers = {name: round(getattr(touch, name), 6) for name in ("peak_force", "progress", "seconds")}
+    assert touch.as_facts() == {"verdict": "moved", **numbers}
     assert np.linalg.norm(velocities, axis=1).max() <= module._DESCENT + 1e-9
     assert np.linalg.norm(np.diff(points, axis=0) - arm.period * velocities[:-1], axis=1).max() < 1e-3
+
+
+def test_a_point_beside_a_bent_path_has_travelled_as_far_as_the_nearest_one_on_it():
+    turns = np.linspace(0, np.pi / 2, 33)
+    bent = HandlePath(points=0.1 * np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1), axis=AXIS)
+    for distance in (-0.02, 0.0, 0.05, 0.1, bent.length, bent.length + 0.02):
+        point, direction = bent.at(distance)
+        beside = np.cross(direction, AXIS)
+        assert [bent.travelled(point + off * beside) for off in (0.0, 0.01)] == pytest.approx([distance] * 2, abs=2e-3)

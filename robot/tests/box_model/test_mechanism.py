@@ -17,8 +17,8 @@ KINDS = ("prismatic", "revolute")
 
 
 def assert_pushed_as_ruled(mechanism, drawn, joint, newtons=30.0):
-    after, moves = drawn.attempt(mechanism.configuration(), joint)
-    assert mechanism.push(joint, newtons) == moves
+    after, _ = drawn.attempt(mechanism.configuration(), joint)
+    mechanism.push(joint, newtons)
     assert mechanism.configuration() == after
     assert np.abs(mechanism.fractions() - np.array(after)).max() < 0.03
 

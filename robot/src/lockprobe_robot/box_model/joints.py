@@ -51,6 +51,10 @@ class Joints:
         """One step of the simulation."""
         mujoco.mj_step(self.model, self.data)
 
+    def push(self, joint: int) -> None:
+        """Push a joint, by index in panel order, towards its other end, and let everything come to rest."""
+        raise NotImplementedError
+
     def settle(self) -> None:
         """Step until nothing moves, at most a second."""
         quiet, (speed, seconds) = 0, self._quiet

@@ -51,16 +51,8 @@ class Mechanism(Joints):
         data.qvel[self._all_dofs] = 0
         mujoco.mj_forward(self.model, data)
 
-    def push(self, joint: int, newtons: float = 30.0) -> bool:
-        """Push a handle towards its other end, then let everything come to rest.
-
-        Args:
-            joint: The joint, by index in panel order.
-            newtons: Force at the handle. The push ends when the joint arrives or is blocked, after at most 0.6 s.
-
-        Returns:
-            Whether the joint is now nearer to the other end.
-        """
+    def push(self, joint: int, newtons: float = 30.0) -> None:
+        """Push a handle with a force until the joint arrives or is blocked, at most 0.6 s, and let all come to rest."""
         data, dof, reach = self.data, self._dofs[joint], self._reach[joint]
         before = self.configuration()[joint]
         data.qfrc_applied[dof] = newtons * reach * (-1 if before else 1)
@@ -73,4 +65,3 @@ class Mechanism(Joints):
                 break
         data.qfrc_applied[dof] = 0
         self.settle()
-        return self.configuration()[joint] != before

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from PIL import Image, ImageDraw, ImageFont
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 from lockprobe.trial.pictures.frame import Frame
-from lockprobe.trial.record import Fact
 from lockprobe_robot.fast_twin import SimulatedPlant
 from lockprobe_robot.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import UserModelSettings
@@ -45,30 +44,28 @@ class UserModel(SimulatedPlant):
         PlantFault: If it does not rest in the initial configuration.
     """
 
+    joints: ModelJoints
+
     def __init__(
         self, box: Lockbox, *, labels: tuple[str, ...], settings: UserModelSettings, rng: np.random.Generator
     ) -> None:
-        self._model = joints_of(box, settings)
-        self._model.start(box.initial)
+        self.joints = joints_of(box, settings)
+        self.joints.start(box.initial)
         self._labels, self._drawn = labels, settings.labels
         self._pose = np.eye(4)
-        if (body := mujoco.mj_name2id(self._model.model, mujoco.mjtObj.mjOBJ_BODY, PANEL)) >= 0:
+        if (body := mujoco.mj_name2id(self.joints.model, mujoco.mjtObj.mjOBJ_BODY, PANEL)) >= 0:
             seen = self._seen(box.initial)
             self._pose[:3, :3], self._pose[:3, 3] = seen.xmat[body].reshape(3, 3), seen.xpos[body]
         ends = [self._points((position,) * len(box.names), ("",)) for position in (False, True)]
         camera = PlantCamera(
-            self._model,
+            self.joints,
             pose=self._pose,
             handles=np.stack(ends, axis=1),
             settings=settings,
             rng=rng.spawn(1)[0],
             overlay=self._with_labels,
         )
-        super().__init__(self._model, camera)
-
-    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
-        self._model.push(joint)
-        return {}
+        super().__init__(self.joints, camera)
 
     def _with_labels(self, frame: Frame, configuration: Configuration) -> Frame:
         """A frame with the labels over it, white with a dark outline: the model has none."""
@@ -86,17 +83,17 @@ class UserModel(SimulatedPlant):
     def _points(self, configuration: Configuration, prefixes: Sequence[str]) -> NDArray[np.float64]:
         """For each joint the first site by a prefix and its name, else its body's middle; in the frame of the board."""
         data = self._seen(configuration)
-        points = np.array(data.xipos[self._model.bodies])
-        for joint, name in enumerate(self._model.names):
+        points = np.array(data.xipos[self.joints.bodies])
+        for joint, name in enumerate(self.joints.names):
             for prefix in reversed(prefixes):
-                if (site := mujoco.mj_name2id(self._model.model, mujoco.mjtObj.mjOBJ_SITE, prefix + name)) >= 0:
+                if (site := mujoco.mj_name2id(self.joints.model, mujoco.mjtObj.mjOBJ_SITE, prefix + name)) >= 0:
                     points[joint] = data.site_xpos[site]
         inside: NDArray[np.float64] = (points - self._pose[:3, 3]) @ self._pose[:3, :3]
         return inside
 
     def _seen(self, configuration: Configuration) -> mujoco.MjData:
-        data = self._model.posed(configuration)
-        mujoco.mj_kinematics(self._model.model, data)
+        data = self.joints.posed(configuration)
+        mujoco.mj_kinematics(self.joints.model, data)
         return data
 
 
