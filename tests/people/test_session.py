@@ -83,6 +83,7 @@ def test_a_record_says_on_what_it_was_played_how_long_it_took_and_nothing_of_who
     platform = {"PROLIFIC_PID": "xyz", "STUDY_ID": "x", "email": "ann@example.org"}
     (shown,) = take_part(tmp_path, people_study(), short(), platform=platform)
     trials, (joined, *lines) = load(tmp_path), diary_of(tmp_path, shown.identity)
+    assert shown.progress == {"share": 1.0, "done": 2, "of": 2}
     assert {trial.agent for trial in trials} == {f"participant:{shown.identity}"}
     assert [trial.facts["position"] for trial in trials] == [1, 2]
     assert dict(trials[0].facts) == {

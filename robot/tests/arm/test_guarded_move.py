@@ -1,5 +1,7 @@
 """The guarded move on a scripted arm: every verdict, every threshold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from arm.fake_arm import FakeArm
@@ -77,10 +79,12 @@ def test_the_order_of_things_and_a_way_that_is_smooth_and_never_faster_than_it_m
     assert points[:, 2].min() == pytest.approx(0.2, abs=1e-3)
     assert points[:, 1].max() == pytest.approx(0.08 + module._OVERDRIVE)
     assert points[-1][2] > 0.2 + 0.9 * CLEARANCE
-    assert touch.seconds == pytest.approx(arm.time)
-    numbers = {name: round(getattr(touch, name), 6) for name in ("peak_force", "progress", "seconds")}
-    assert touch.as_facts() == {"verdict": "moved", **numbers}
-    assert np.linalg.norm(velocities, axis=1).max() <= module._DESCENT + 1e-9
+    assert (touch.seconds, arm.time) == (pytest.approx(4.21), pytest.approx(4.21))
+    third = replace(touch, peak_force=1 / 3).as_facts()
+    assert (third["verdict"], third["peak_force"], third["progress"]) == ("moved", 0.333333, 1.075)
+    speeds = np.linalg.norm(velocities, axis=1)
+    assert speeds.max() <= module._DESCENT + 1e-9
+    assert np.diff(speeds).max() <= module._LIFT_RAMP * arm.period + 1e-9
     assert np.linalg.norm(np.diff(points, axis=0) - arm.period * velocities[:-1], axis=1).max() < 1e-3
 
 

@@ -357,6 +357,7 @@ async def serve_stdio(session: ToolSession) -> None:
     """
     reader = asyncio.StreamReader(limit=LONGEST_LINE)  # its reading can be cancelled, unlike that of a thread
     try:
+        sys.stdin.fileno()  # of what is nothing of the system asyncio would leave half a transport
         await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     except ValueError:
         raise BadValue("standard input", "a file", "a pipe from the client that starts this command") from None

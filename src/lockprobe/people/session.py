@@ -65,7 +65,7 @@ class Session:
         """The share of the scenes that lie behind the participant, [0, 1], and boxes done of theirs; None once late."""
         if self.diary.late:
             return None
-        share = round(self.diary.place / max(1, len(self._way) - 1), 3)
+        share = round(self.diary.place / (len(self._way) - 1), 3)
         return {"share": share, "done": len(self.diary.endings.keys() - {0}), "of": len(self.diary.joined.slots)}
 
     async def show(self) -> Scene:
