@@ -121,14 +121,14 @@ def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only,
             expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(len(SMALL))]
             assert np.allclose(belief.weights, expected, atol=1e-12)
             assert belief.moved == pytest.approx(sum(m for (_, moved), m in behind.items() if moved) / total)
-            assert belief.restarts == 0
+            assert belief.told == len(reports)
 
 
 def test_a_naive_observer_begins_again_from_the_last_report():
     """Told that joint 1 moved, then that it is where it was: only the second report is kept."""
     known = interlocks("chains", 4)
     belief = after(known, noise_model("naive"), [(1, True, 2, False), (2, False, 0, False)])
-    assert belief.restarts == 1
+    assert belief.told == 1
     assert belief.alive == after(known, noise_model("naive"), [(2, False, 0, False)]).alive
 
 

@@ -176,7 +176,7 @@ def test_a_sweep_is_over_several_values_of_a_dose(spec):
 
 def test_settings_import_nothing_until_a_trial_is_played():
     stranger = Condition(interventions=(Recorded(spec="python:mine:Hush?x=1", doses=("x",)),))
-    assert stranger.acting == (("python:mine:Hush?x=1", ("x",)),)
+    assert stranger.acting == ((Spec.parse("python:mine:Hush?x=1"), ("x",)),)
     assert stranger.doses == {"python:mine:Hush.x": 1.0}
     with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
         interventions_in(stranger)

@@ -36,7 +36,7 @@ has not moved, whatever was reported.
 
 If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
 the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
-the configuration told after it. Interlocks that cannot be solved from there are left out. Restarts are counted.
+the configuration told after it. Interlocks that cannot be solved from there are left out.
 """
 
 from __future__ import annotations
@@ -213,7 +213,6 @@ class Belief:
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
         moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
-        restarts: Number of impossible reports.
     """
 
     interlocks: Interlocks
@@ -225,7 +224,6 @@ class Belief:
     told: int = 0
     positions: int | None = 0
     moved: float | None = None
-    restarts: int = 0
 
     @property
     def alive(self) -> int:
@@ -254,9 +252,7 @@ class Belief:
         return hash(self.key)
 
 
-def begin(
-    interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0, restarts: int = 0
-) -> Belief:
+def begin(interlocks: Interlocks, noise: Noise, configuration: int = 0, positions: int | None = 0) -> Belief:
     """The belief before the first report, or after a restart: the prior at a configuration, with reported positions."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
@@ -267,7 +263,6 @@ def begin(
         false=np.zeros(len(interlocks), dtype=np.int64),
         weights=solvable / solvable.sum(),
         positions=positions,
-        restarts=restarts,
     )
 
 
@@ -281,11 +276,11 @@ def update(belief: Belief, joint: int, moved: bool, positions: int | None, state
     if (found := _conditioned(belief, *report)) is not None:
         return found
     before = belief.likeliest if positions is None else positions ^ (moved << joint)
-    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions, belief.restarts + 1)
+    again = begin(belief.interlocks, belief.noise, before & ~1, belief.positions)
     if (found := _conditioned(again, *report)) is not None:
         return found
     now = before & ~1 ^ (moved << joint) & ~1  # the target stays in place
-    fresh = begin(again.interlocks, again.noise, now, positions, again.restarts)
+    fresh = begin(belief.interlocks, belief.noise, now, positions)
     fresh = replace(fresh, moved=float(moved and joint > 0))
     blocked = ~fresh.interlocks.may_move(fresh.configuration)[:, 0]
     weights = fresh.weights * blocked

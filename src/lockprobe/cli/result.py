@@ -13,9 +13,9 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from lockprobe.foundation.errors import LockprobeError
-from lockprobe.foundation.formatting import count, points
+from lockprobe.foundation.formatting import count, first_three, points
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.left_out import LeftOutSection, without
+from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.studies import RESULTS
 from lockprobe.studies.decisions import answers_by_agent
@@ -46,7 +46,8 @@ def write(directory: Path) -> tuple[Path, Said]:
     results = read_result(directory)
     lines, facts = ([], {}) if results is None else found(results, directory)
     facts |= {"left_out": [one._asdict() for one in left_out]} if left_out else {}
-    return page, ([f"Report: {page}{without(left_out)}", *lines], facts)
+    missing = first_three([f"{one.section} ({one.reason})" for one in left_out], "; ")
+    return page, ([f"Report: {page}{', without ' * bool(missing)}{missing}", *lines], facts)
 
 
 def read_result(directory: Path) -> Results | None:

@@ -6,13 +6,12 @@ Whatever computes, draws or writes a part of a report does so through :func:`sec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import NamedTuple, TypeVar
 
 from lockprobe.foundation.errors import kind_and_words
-from lockprobe.foundation.formatting import first_three
 from lockprobe.foundation.terminal_text import printable
 
 _T = TypeVar("_T")
@@ -57,12 +56,3 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
         if left_out not in found:
             found.append(left_out)
         return instead()
-
-
-def without(left_out: Sequence[LeftOutSection]) -> str:
-    """What a report is without, for the end of the line that names it; empty for a whole report.
-
-    >>> without([LeftOutSection("Loops", "ValueError: no")])
-    ', without Loops (ValueError: no)'
-    """
-    return ", without " * bool(left_out) + first_three([f"{one.section} ({one.reason})" for one in left_out], "; ")

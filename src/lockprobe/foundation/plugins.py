@@ -15,7 +15,7 @@ from __future__ import annotations
 import ast
 import importlib
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -27,7 +27,6 @@ from types import BuiltinFunctionType
 from typing import Any, Literal, NamedTuple
 
 from lockprobe.foundation.errors import (
-    BadFile,
     BadValue,
     BrokenPlugin,
     LockprobeError,
@@ -35,7 +34,7 @@ from lockprobe.foundation.errors import (
     UserMistake,
 )
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.spec import Spec, arguments_from, spec_kind, spec_name, split_specs
+from lockprobe.foundation.spec import Spec, arguments_from, spec_name, split_specs
 
 Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "tool"]
 
@@ -256,13 +255,6 @@ def plugin_name_of(kind: Kind, found: type[Any]) -> str:
                 if one.load() is found:
                     return one.name
     return f"{_DIRECT}{found.__module__}:{found.__qualname__}"
-
-
-def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
-    """Refuse ``python:`` specs in a file, which would run code, also within conditions."""
-    for spec in specs:
-        if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
-            raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
 
 
 def docstring(thing: object) -> str:

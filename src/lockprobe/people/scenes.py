@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.foundation.errors import LockprobeError
-from lockprobe.foundation.spec import PEOPLE, Spec
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.diary import LONGEST_ANSWER, Act, Answers, Diary
 from lockprobe.people.experiment import Experiment, Longer, OneRight, Question, Words, filled
@@ -265,8 +265,7 @@ def deceptions(conditions: Iterable[Condition]) -> tuple[Deception, ...]:
     found = set[Deception]()
     for condition in conditions:
         of = set[Deception]()
-        for text, doses in condition.acting:
-            spec = Spec.parse(text, "intervention")
+        for spec, doses in condition.acting:
             both = {spec.options.get("first"), spec.options.get("last", "truth")}
             true = spec.full_name == "correction" and both == {"truth"}
             kind = _KINDS.get(spec.full_name, "changed")

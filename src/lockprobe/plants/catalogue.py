@@ -40,8 +40,15 @@ from lockprobe.trial.condition import PlantChange
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Plant
 
-PLANTS = ("symbolic", "fast-twin", "twin", "manual", "rig")
-"""Lockprobe's own; lockprobe-robot adds those that are not here."""
+PLANTS: Mapping[str, str] = {
+    "symbolic": "The rules and nothing else.",
+    "fast-twin": "",
+    "twin": "",
+    "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Option of "
+    "lockprobe-robot: camera.",
+    "rig": "",
+}
+"""Lockprobe's own, each with what it is; lockprobe-robot adds the others, which say it themselves."""
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 
@@ -107,19 +114,12 @@ _HERE = {
 }
 
 
-_SAID = {
-    "symbolic": "The rules and nothing else.",
-    "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Option of "
-    "lockprobe-robot: camera.",
-}
-
-
 def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description, or what has to be installed for it."""
     found = dict[str, str]()
-    for name in PLANTS:
+    for name, said in PLANTS.items():
         try:
-            found[name] = _SAID.get(name) or " ".join(docstring(_of_robot(name).load()).split())
+            found[name] = said or " ".join(docstring(_of_robot(name).load()).split())
         except Missing as missing:
             found[name] = str(missing)
     return found

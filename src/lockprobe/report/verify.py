@@ -148,7 +148,7 @@ def _settings(of: _PlayedAgain) -> Iterator[Check]:
     for condition in own.conditions:
         for spec, doses in condition.acting:
             try:
-                (made,) = interventions_of(spec)
+                (made,) = interventions_of(str(spec))
             except UserMistake:  # it cannot be made here: it is code of others, or the file of its prompt is missing
                 continue
             if (found := InterventionTraits.of(made).doses) != doses:

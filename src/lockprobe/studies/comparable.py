@@ -75,7 +75,7 @@ def shared_names(study: Study) -> dict[Condition, SharedCondition]:
     found = {}
     for one in study.conditions:
         prompts = [spec for spec in one.specs if spec_name(spec) == OwnPrompt.name]
-        acting = tuple(Recorded(spec=spec, doses=doses) for spec, doses in one.acting if spec not in prompts)
+        acting = tuple(Recorded(spec=str(spec), doses=doses) for spec, doses in one.acting if str(spec) not in prompts)
         whole = " + ".join((*(one.spec for one in acting), *filter(None, [one.plant.spec]), one.modality))
         short = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
         bare = replace(one, interventions=acting, name=short if len(whole) > _LONGEST else "")

@@ -180,18 +180,18 @@ class Condition:
         return any(isinstance(one, Recorded) for one in self.interventions)
 
     @cached_property
-    def acting(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    def acting(self) -> tuple[tuple[Spec, tuple[str, ...]], ...]:
         """Every intervention as its spec and the names of its dose options; at 0 of the first one it does nothing."""
+        specs = (Spec.parse(spec, "intervention") for spec in self.specs)
         doses = (tuple(InterventionTraits.of(one).doses) for one in self.interventions)
-        return tuple(zip(self.specs, doses, strict=False))  # the last spec may be the plant's
+        return tuple(zip(specs, doses, strict=False))  # the last spec may be the plant's
 
     @cached_property
     def parts(self) -> tuple[tuple[Spec, tuple[str, ...]], ...]:
         """The same of all that differs from the truth: interventions, doses of pictures, and options of the plant."""
         shown, worse = modality_doses(self.modality)
-        told = [(Spec.parse(spec, "intervention"), options) for spec, options in self.acting]
         pictured = [(Spec(spec_name(shown), options={option: value}), (option,)) for option, value in worse.items()]
-        return *told, *pictured, *self.plant.parts
+        return *self.acting, *pictured, *self.plant.parts
 
     @cached_property
     def doses(self) -> Mapping[str, float]:
@@ -220,8 +220,8 @@ class Condition:
     @property
     def does_nothing(self) -> bool:
         """Whether it equals the truth: no intervention or doses of 0, and the study's own plant."""
-        told = self.parts[: len(self.interventions)]
-        return not self.plant.options and all(doses and dose_of(spec, doses[0], doses[0]) == 0 for spec, doses in told)
+        none = (doses and dose_of(spec, doses[0], doses[0]) == 0 for spec, doses in self.acting)
+        return not self.plant.options and all(none)
 
 
 def place_of(kind: type[Any]) -> str:

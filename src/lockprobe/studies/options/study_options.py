@@ -27,8 +27,7 @@ from lockprobe.agents.local import portable
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.foundation.inputs import PRESETS, read_toml
-from lockprobe.foundation.plugins import refuse_python
-from lockprobe.foundation.spec import named_spec
+from lockprobe.foundation.spec import named_spec, spec_kind, split_specs
 from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.trial.condition import Contrast
@@ -231,9 +230,13 @@ def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> 
     said = asked.model_copy(update={name: getattr(more, name) for name in given})
     if said.study not in STUDIES:
         raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
-    for what, specs in said.specs.items():
-        if file is not None and what not in given:
-            refuse_python(file, what, specs)
+    for what, spec in ((what, spec) for what, specs in said.specs.items() for spec in specs if what not in given):
+        if (
+            file is not None
+            and isinstance(spec, str)
+            and any(spec_kind(part) == "python" for part in split_specs(spec))
+        ):
+            raise BadFile(file, f"{what}: {spec} would run code; name it on the command line with --{what}")
     return said
 
 
