@@ -54,12 +54,13 @@ PLAIN = [
     {},
     {"box": "chain-8", "condition": "flip?p=0.3&others=kept", "max_steps": 5},
     {"condition": "flip?p=0.4&inverts=position&others=noisy", "shuffle": "trial", "box": FORK},
-    {"condition": "flip?p=0.3&keep=0.5 + flip?p=0.4&inverts=position", "layout": "shuffled"},
+    {"condition": "flip?p=0.3&keep=0.5", "layout": "shuffled"},
     {"modality": "symbolic?tell=state", "p": 0.4, "shuffle": "study", "layout": "dealt"},
     {"modality": "symbolic?tell=outcome", "p": 0.4, "flip": "sticky", "shuffle": "trial"},
     {"condition": "flip?p=0.4&part=outcome", "box": "chain-2"},
 ]
 OTHERS = [
+    {"condition": "flip?p=0.3&keep=0.5 + flip?p=0.4&inverts=position", "layout": "shuffled"},
     {"condition": "flip?p=0.4&only=moved"},
     {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + flip?p=0.2&only=moved"},
     {"condition": "drop?p=0.5 + tremble?p=0.2"},

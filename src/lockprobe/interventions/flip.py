@@ -221,19 +221,14 @@ class OutcomeFlip:
         others = now ^ (lasting if self.others == "noisy" else (now ^ last) & lasting)
         return others & ~bit | own & bit
 
+    def report(self, now: Any, last: Any, bit: Any, moved: Any, numbers: Any) -> Any:
+        """The outcome and the positions that a report tells, given its random numbers, if this flip acts on all alike.
 
-def told_by(flips: Sequence[OutcomeFlip], now: Any, last: Any, bit: Any, moved: Any, numbers: Sequence[Any]) -> Any:
-    """What a report tells after flips that act on all reports alike, one after the other: outcome and positions.
-
-    The arguments are those of :meth:`OutcomeFlip.positions`; ``numbers`` has those of each flip.
-    """
-    told, outcome = now, moved
-    for flip, drawn in zip(flips, numbers, strict=True):
-        flipped = drawn[0] < flip.p
-        lasting = flip.lasting(drawn)
-        told = flip.positions(told, last, bit, moved=outcome, flipped=flipped, lasting=lasting)
-        outcome = outcome ^ flipped if flip.part != "position" else outcome
-    return outcome, told
+        The arguments are those of :meth:`positions` and :meth:`lasting`.
+        """
+        flipped = numbers[0] < self.p
+        told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=self.lasting(numbers))
+        return moved ^ flipped if self.part != "position" else moved, told
 
 
 _WORDS = {"transient": "memoryless", "sticky": "latched", "outcome-only": "re-observed"}

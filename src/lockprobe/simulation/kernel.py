@@ -27,7 +27,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import blind
-from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of, told_by
+from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.studies.modality import shown
@@ -113,9 +113,8 @@ class Boxes:
         told: The positions told last, in that order; if nothing is told of them, what would have been.
     """
 
-    def __init__(self, may_move: Flags, start: int, flips: Sequence[OutcomeFlip], orders: Whole) -> None:
-        self._may_move, self._start, self._flips = may_move, start, flips
-        self._orders = orders
+    def __init__(self, may_move: Flags, start: int, flip: OutcomeFlip, orders: Whole) -> None:
+        self._may_move, self._start, self._flip, self._orders = may_move, start, flip, orders
         self.configuration, self.positions, self.told = np.empty((3, len(orders)), np.int64)
         self.begin(np.arange(len(orders)), orders)
 
@@ -125,10 +124,10 @@ class Boxes:
         self.configuration[rows] = self._start
         self.positions[rows] = self.told[rows] = (self._start >> orders & 1) @ (1 << np.arange(orders.shape[-1]))
 
-    def attempt(self, rows: Whole, places: Whole, drawn: Sequence[Any]) -> tuple[Whole, Flags, Flags]:
+    def attempt(self, rows: Whole, places: Whole, drawn: NDArray[np.float64]) -> tuple[Whole, Flags, Flags]:
         """Attempt the joint at a place of the listing in some rows.
 
-        ``drawn`` are for each flip the random numbers of its report, as :meth:`OutcomeFlip.lasting` takes them.
+        ``drawn`` are the random numbers of the reports, as :meth:`OutcomeFlip.lasting` takes them.
 
         Returns:
             The joint by index in panel order, whether it moved, and the told outcome.
@@ -138,7 +137,7 @@ class Boxes:
         moved = self._may_move[before, joints]
         self.configuration[rows] = before ^ (moved << joints)
         self.positions[rows] = now = self.positions[rows] ^ moved * bits
-        outcome, self.told[rows] = told_by(self._flips, now, self.told[rows], bits, moved, drawn)
+        outcome, self.told[rows] = self._flip.report(now, self.told[rows], bits, moved, drawn)
         return joints, moved, outcome
 
 
@@ -302,7 +301,7 @@ def _played(
         if shuffle == "study":
             order = orders_of_study(frozenset(locking_pairs(box)), space.joints, seed)[1]
         orders = np.tile(np.array(order), (len(trials), 1))
-    boxes, minds = Boxes(space.may_move, space.start, [flip], orders.copy()), Minds(policy, world)
+    boxes, minds = Boxes(space.may_move, space.start, flip, orders.copy()), Minds(policy, world)
     start, mind = boxes.told.copy(), minds.begin(orders)
     for step in range(1, budget + 1):
         luck = partial(numbers, box.name, seed=seed, repetition=repetition, trial=trials[rows], step=step)
@@ -310,7 +309,7 @@ def _played(
         count = flip.numbers(space.joints)
         drawn = luck(f"{flip.stream}-0", places=count).T if flip.p else np.ones((count, 1))
         last = boxes.told[rows]
-        joints, moved, outcome = boxes.attempt(rows, places, [drawn])
+        joints, moved, outcome = boxes.attempt(rows, places, drawn)
         told = boxes.told[rows]
         said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
         at = (rows, step - 1)

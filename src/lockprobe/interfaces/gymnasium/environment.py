@@ -24,7 +24,6 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from functools import partial
 from types import coroutine
 from typing import Any, ClassVar, NamedTuple
 
@@ -39,7 +38,7 @@ from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault, Unkn
 from lockprobe.foundation.spec import spec_name
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import says_modality
-from lockprobe.interventions.flip import OutcomeFlip, told_by
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import plant_of, resolve_plant
 from lockprobe.studies.modality import interventions_for
@@ -94,8 +93,8 @@ class EnvironmentSettings:
     Attributes:
         study: A study with one condition. Its seed is not used.
         chain: The interventions in order.
-        flips: The flips of all attempts alike, if nothing else acts on the reports of a symbolic plant; else None. With
-            them the rules and the law of false reports are the whole trial, and the trial loop is not needed.
+        flip: The flip of all attempts alike, if nothing else acts on the reports of a symbolic plant; else None. With
+            it the rules and the law of false reports are the whole trial, and the trial loop is not needed.
         shown: ``symbolic``, ``rgb`` or ``rgbd``.
         outcomes, positions: Whether reports tell them.
         box: The configurations of the box.
@@ -124,10 +123,10 @@ class EnvironmentSettings:
                 expected = "interventions on reports or actions: an observation holds no words and no memory"
                 raise BadValue("condition", spec_of(one), expected)
         self.shown = spec_name(self.study.conditions[0].modality)
-        flips = tuple(one for one in self.chain if type(one) is OutcomeFlip and one == one.at_rate(one.p))
+        flips = [one for one in self.chain if type(one) is OutcomeFlip and one == one.at_rate(one.p)] or [OutcomeFlip()]
         words = [one for one in self.chain if type(one) is TextChannel]
-        alone = len(flips) + len(words) == len(self.chain) and (self.shown, plant) == ("symbolic", "symbolic")
-        self.flips: tuple[OutcomeFlip, ...] | None = flips if alone else None
+        alone = {*map(id, self.chain)} <= {*map(id, (flips[0], *words))} and plant == "symbolic"
+        self.flip = flips[0] if alone else None
         self.outcomes = all(one.tell != "state" for one in words)
         self.positions = all(one.tell != "outcome" for one in words)
         self.space: spaces.Space[Any]
@@ -168,8 +167,7 @@ class PlainEpisode:
         self.ending: Ending | None = None
         self.actions: list[int] = []
         self.key, self._settings, plan = key, settings, settings.plan(key)
-        self._flips = settings.flips or ()
-        self._luck = [partial(plan.luck.at, f"{flip.stream}-{place}") for place, flip in enumerate(self._flips)]
+        self._flip, self._luck = settings.flip or OutcomeFlip(), plan.luck
         self._listing = settings.listing(plan)
         self._target, self._configuration = self._listing.index(settings.box.target), settings.box.start
         self._positions = sum((settings.box.start >> joint & 1) << i for i, joint in enumerate(self._listing))
@@ -180,14 +178,13 @@ class PlainEpisode:
         joint, bit = self._listing[action], 1 << action
         self.actions.append(action)
         taken = len(self.actions)
-        drawn = [
-            stream(taken).random(flip.numbers(len(self._listing))).tolist()
-            for stream, flip in zip(self._luck, self._flips, strict=True)
-        ]
+        drawn = [1.0]
+        if (flip := self._flip).p:
+            drawn = self._luck.at(f"{flip.stream}-0", taken).random(flip.numbers(len(self._listing))).tolist()
         moved = bool(self._settings.box.may_move[self._configuration, joint])
         self._configuration ^= moved << joint
         self._positions ^= moved * bit
-        outcome, self._told = told_by(self._flips, self._positions, self._told, bit, moved, drawn)
+        outcome, self._told = flip.report(self._positions, self._told, bit, moved, drawn)
         self._outcome = BLOCKED + outcome if self._settings.outcomes else 0
         if moved and action == self._target:
             self.ending = "solved"
@@ -346,7 +343,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         begun = begun.chosen(options)
         self.close()
         self._next = begun._replace(trial=begun.trial + 1)
-        self._episode = (HeldEpisode if self.settings.flips is None else PlainEpisode)(self.settings, begun)
+        self._episode = (HeldEpisode if self.settings.flip is None else PlainEpisode)(self.settings, begun)
         return self._episode.observation(), dict(self._episode.info)
 
     def step(self, action: np.int64 | int) -> tuple[Any, float, bool, bool, dict[str, Any]]:

@@ -31,7 +31,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
 
     Args:
         num_envs: Number of environments.
-        settings: As of the single environment. Only flips may act, on reports of a symbolic plant; all else needs
+        settings: As of the single environment. Only one flip may act, on reports of a symbolic plant; all else needs
             ``vectorization_mode="sync"``.
     """
 
@@ -41,19 +41,19 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         check_whole("num_envs", num_envs, 1)
         self.num_envs = num_envs
         self.settings = EnvironmentSettings(settings)
-        if self.settings.flips is None:
+        if (flip := self.settings.flip) is None:
             given = f"{self.settings.study.conditions[0].label} on {self.settings.study.plant}"
-            expected = 'flips alone on a symbolic plant, without pictures; vectorization_mode="sync" plays all else'
+            expected = 'one flip alone on a symbolic plant, without pictures; vectorization_mode="sync" plays all else'
             raise BadValue("make_vec", given, expected)
-        self._flips, box, joints = self.settings.flips, self.settings.box, self.settings.box.joints
+        self._flip, box, joints = flip, self.settings.box, self.settings.box.joints
         self.single_action_space, self.single_observation_space = spaces.Discrete(joints), self.settings.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._next: list[EpisodeKey] = []
         self._rows, self._bits = np.arange(num_envs), np.arange(2**joints)[:, None] >> np.arange(joints) & 1
-        self._boxes = Boxes(box.may_move, box.start, self._flips, np.tile(np.arange(joints), (num_envs, 1)))
+        self._boxes = Boxes(box.may_move, box.start, flip, np.tile(np.arange(joints), (num_envs, 1)))
         budget = self.settings.study.max_steps
-        self._luck = [np.zeros((num_envs, budget + 1, flip.numbers(joints))) for flip in self._flips]
+        self._luck = np.ones((num_envs, budget + 1, flip.numbers(joints)))
         self._taken = np.zeros(num_envs, dtype=np.int64)
         self._over = np.zeros(num_envs, dtype=np.bool_)
         self._seen = np.zeros(self.observation_space.shape or (), dtype=np.int64)
@@ -99,7 +99,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         if not integers or places.min() < 0 or places.max() > last:
             raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
         places, resting = places.astype(np.int64, copy=False), self._over
-        drawn = [luck[self._rows, self._taken].T for luck in self._luck]
+        drawn = self._luck[self._rows, self._taken].T
         joints, moved, outcome = self._boxes.attempt(self._rows, places, drawn)
         self._taken += 1
         self._seen[:, 1] = places + 1
@@ -123,10 +123,10 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             orders = np.tile(np.arange(joints), (len(rows), 1))
         else:
             orders = np.array([self.settings.listing(self.settings.plan(key)) for key in keys])
-        luck_of = partial(numbers, study.box.name, seed=seed, repetition=repetition, trial=trial)
-        for place, (luck, flip) in enumerate(zip(self._luck, self._flips, strict=True)):
-            stream, places = f"{flip.stream}-{place}", flip.numbers(joints)
-            luck[rows, :-1] = luck_of(stream, step=np.arange(1, study.max_steps + 1), places=places)
+        if self._flip.p:
+            steps, places = np.arange(1, study.max_steps + 1), self._flip.numbers(joints)
+            luck = partial(numbers, study.box.name, f"{self._flip.stream}-0", step=steps, places=places)
+            self._luck[rows, :-1] = luck(seed=seed, repetition=repetition, trial=trial)
         self._boxes.begin(rows, orders)
         self._over[rows] = False
         self._taken[rows] = 0
