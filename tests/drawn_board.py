@@ -49,25 +49,18 @@ def in_depth(positions, seed=1):
     return Picture(kind="depth", png=to_png(shown))
 
 
-def deep(positions, camera):
-    """Depth in metres as a camera sees it: a board, and handles that stand 5 cm out of it."""
+def deep(positions, away=0.72):
+    """Depth in metres from straight above: a board so far away, and handles that stand 5 cm out of it."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
-    heights = np.zeros((HEIGHT, WIDTH))
+    depth = np.full((HEIGHT, WIDTH), away, np.float32)
     for place, position in zip(HANDLES, positions, strict=True):
         column, row = place[position]
-        heights[(x - column) ** 2 + (y - row) ** 2 < 11**2] = 0.05
-    slope, start = plane(camera)
-    return ((heights - start) / slope).astype(np.float32)
-
-
-def plane(camera):
-    """Heights above the board are linear in depth: what a metre of depth adds at each pixel, and the height at 0."""
-    z, (down, right) = camera.panel[:3, 2], np.mgrid[: camera.height, : camera.width]
-    right, down = right - (camera.width - 1) / 2, down - (camera.height - 1) / 2
-    return (z[0] * right + z[1] * down) / camera.focal + z[2], -float(z @ camera.panel[:3, 3])
+        depth[(x - column) ** 2 + (y - row) ** 2 < 11**2] -= 0.05
+    return depth
 
 
 def heights_at(camera, depth):
-    """The heights above the board, metres, of points at a depth."""
-    slope, start = plane(camera)
-    return depth * slope + start
+    """The heights above the board, metres, of what is seen at a depth: they are linear in it."""
+    z, (down, right) = camera.panel[:3, 2], np.mgrid[: camera.height, : camera.width]
+    right, down = right - (camera.width - 1) / 2, down - (camera.height - 1) / 2
+    return depth * ((z[0] * right + z[1] * down) / camera.focal + z[2]) - float(z @ camera.panel[:3, 3])

@@ -34,7 +34,7 @@ class Board(PhotographedPlant):
         top = np.full((len(configuration), 2, 1), 0.05)
         handles = np.concatenate([seen * [1, -1] * 0.67 / 300, top], axis=-1)
         drawn = (*configuration, False)  # the board has a handle more
-        depth = deep(drawn, self.CAMERA)
+        depth = deep(drawn)
         return Frame(rgb=board(drawn), depth=depth, camera=self.CAMERA, handles=handles, renderer="drawn")
 
 

@@ -175,14 +175,12 @@ def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
             raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
         found = [dict(zip(swept, map(str.strip, values), strict=True)) for values in product(*swept.values())]
         ways.append([str(part.adding(values)) for values in found] if swept else [str(part)])
-        known, one = list[str](), ways[-1][0]
-        if swept and spec_name(one) in MODALITIES:
-            known = list(MODALITY_DOSES)
-        elif swept and spec_name(one) == PLANT:
+        one, known = ways[-1][0], MODALITY_DOSES
+        if spec_name(one) == PLANT:
             plant_change(plant, Spec.parse(one).options)  # refuses an option that there is not
-            known = list(resolve_plant(plant).doses)
-        elif swept:
-            known = [name for _, names in read_condition(one).acting for name in names]
+            known = resolve_plant(plant).doses
+        elif swept and spec_name(one) not in MODALITIES:
+            known = tuple(name for _, names in read_condition(one).acting for name in names)
         if wrong := [option for option in swept if option not in known]:
             expected = f"values of a dose ({', '.join(known) or 'this has none'}), not of {', '.join(wrong)}"
             raise BadValue("sweep", spec, expected)

@@ -4,10 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from drawn_board import HANDLES, HEIGHT, WIDTH, coloured, deep, in_depth
+from drawn_board import HANDLES, coloured, in_depth
 
-from lockprobe.interventions.camera import encode
-from lockprobe.trial.pictures.frame import Camera, from_png, to_png
+from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.pictures.picture_reader import evidence
 
@@ -23,21 +22,6 @@ def right(pictures, positions, acuity=64):
 def test_every_configuration_is_read_with_conviction(kinds):
     for seed, positions in enumerate(ALL[::10]):
         assert right([kind(positions, seed) for kind in kinds], positions).min() > 0.5
-
-
-CAMERA = Camera(
-    width=WIDTH,
-    height=HEIGHT,
-    focal=300.0,
-    panel=np.array([[1, 0, 0, 0], [0, -0.94, 0.34, 0], [0, -0.34, -0.94, 0.67], [0, 0, 0, 1]]),
-)
-
-
-def test_depth_is_read_from_its_colours():
-    for seed in (0, 2):
-        positions = ALL[7 * seed + 5]
-        shown = encode(deep(positions, CAMERA), 0.55, 0.8)
-        assert right([Picture(kind="depth", png=to_png(shown))], positions).min() > 0.5
 
 
 def test_misreads_come_as_pictures_get_coarser():
