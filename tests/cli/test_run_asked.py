@@ -33,7 +33,7 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     status, _, said = lockprobe(*ASKED, *RATES, "--trials", 3, "--repetitions", 1)
     assert (status, len(said.splitlines())) == (2, 1)
     assert "(trials is 5 there, 3 asked): repeat its settings to resume it, or give another --out" in said
-    assert lockprobe(*ASKED, *RATES, "--until", "decided", "--most", 8)[0] == 0
+    assert lockprobe(*ASKED, *RATES, "--until", "decided", "--trials", 8)[0] == 0
     assert lockprobe(*ASKED, *RATES)[0] == 0
     assert str(read_study("d").until) == "decided"
     assert lockprobe("verify", "d")[0] == 0
@@ -44,11 +44,6 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     [
         ("--until soon", "until: got 'soon', expected decided, ±10"),
         ("--until 60", "until: got '60', expected decided, ±10 or another number of points, from 1 to 50"),
-        ("--until decided --most 0", "most: got 0, expected at least 1"),
-        ("--most 5", "most: got 5, expected --until with it"),
-        ("--until decided --trials 5", "trials: got 5, expected none with --until decided; --most says"),
-        ("--until decided --repetitions 2", "repetitions: got 2, expected none with --until decided"),
-        ("--until decided --full", "full: got True, expected none with --until decided; --most says"),
         ("--until decided --agent participant", "until: got 'decided', expected none with people"),
         ("--condition trembel?p=0.1", "no intervention is called 'trembel' (did you mean 'tremble'?)"),
         ("--sweep tremble?p=0.1", "expected several values of a dose"),
@@ -70,14 +65,13 @@ def test_mistakes_are_one_line(lockprobe, tmp_path, arguments, refused):
 
 
 def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
-    (tmp_path / "u.toml").write_text('agent = ["random"]\np = [0, 0.4]\nuntil = "decided"\nmost = 10\n')
-    assert lockprobe("run", "u.toml", "--no-report", "--out", "d")[0] == 0
+    (tmp_path / "u.toml").write_text('agent = ["random"]\np = [0, 0.4]\nuntil = "decided"\ntrials = 5\n')
+    assert lockprobe("run", "u.toml", "--trials", 10, "--no-report", "--out", "d")[0] == 0
     assert (str(read_study("d").until), read_study("d").trials) == ("decided", 10)
-    assert "got 20, expected none with --until decided" in lockprobe("run", "u.toml", "--trials", 20)[2]
     (tmp_path / "v.toml").write_text('agent = ["random", "python:\\u001b[31m:Red"]\np = [0]\ntrials = 1\n')
     other = lockprobe("run", "v.toml", "--agent", "round-robin", "--no-report", "--out", "other")
     assert (other[0], other[2]) == (0, "--agent replaces the agents of v.toml: random, python:?[31m:Red\n")
-    asked = ("--as-paper", "--until", "±30", "--agent", "random", "--p", "0,0.4", "--most", 5)
+    asked = ("--as-paper", "--until", "±30", "--agent", "random", "--p", "0,0.4", "--trials", 5)
     assert lockprobe("run", "flips", *asked, "--no-report", "--out", "paper")[0] == 0
     assert json.loads((tmp_path / "paper" / "study.json").read_text())["until"] == {"rule": "width", "points": 0.3}
 
@@ -96,7 +90,7 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe):
 
 
 def test_a_run_until_it_is_decided_and_its_status_say_what_is(lockprobe):
-    asked = ("run", "flips", "--agent", "careful=human-inspired", "--p", "0,0.9", "--most", "40", *ASKED[2:])
+    asked = ("run", "flips", "--agent", "careful=human-inspired", "--p", "0,0.9", "--trials", "40", *ASKED[2:])
     status, said, _ = lockprobe(*asked, "--until", "decided")
     assert status == 0
     said = said.splitlines()

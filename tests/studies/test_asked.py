@@ -82,6 +82,8 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("why", {"flip": "sticky,integrated"}, "flip: got ['sticky', 'integrated'], expected one, which all"),
         ("why", {"as_paper": True}, "as_paper: got True, expected none with why, but with flips, modalities"),
         ("why", {"full": True}, "full: got True, expected none with why, but with flips, modalities"),
+        ("why", {"until": "decided"}, "until: got 'decided', expected none with why, whose contrasts are judged at one look"),
+        ("looks", {"until": "±10"}, "until: got '±10', expected none with looks, whose contrasts"),
         ("why", {"p": 0}, "condition: got 'lie', expected another condition than truth, which is the same"),
         ("why", {"p": "0.2,0.4"}, "p: got [0.2, 0.4], expected one, which all conditions"),
         ("why", PICTURED, "modality: got 'rgb', expected symbolic, with or without options: pictures cannot be"),
@@ -409,7 +411,7 @@ def test_as_paper_a_hosted_model_is_sent_these_messages(tmp_path):
 OF_TRIALS = {"repetition", "trial", "pictures"}
 OF_STUDIES = {
     "study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "name", "sweep",
-    "until", "most", "boxes", "contrasts",
+    "until", "boxes", "contrasts",
 }  # fmt: skip
 
 

@@ -39,7 +39,7 @@ _BOX_SD = 0.6
 """Deviations between boxes, in logits: about 15 points of success, and of its change, around one half; by eye."""
 
 
-@with_study_options(without=("boxes", "trials", "strategy_trials", "repetitions", "full", "until", "most"))
+@with_study_options(without=("boxes", "trials", "strategy_trials", "repetitions", "full", "until"))
 def power(
     asked: Mapping[str, Any],
     what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,

@@ -27,7 +27,7 @@ _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe impo
 
 HEADINGS = {
     "Options": "agent p trials until condition box full out estimate budget",
-    "The study": "boxes repetitions strategy_trials most seed max_steps plant layout shuffle as_paper",
+    "The study": "boxes repetitions strategy_trials seed max_steps plant layout shuffle as_paper",
     "Reports and conditions": "sweep flip modality assessment hypothesis",
     "Running": "workers shard cluster allow report json",
     "Hosted models": "connections timeout retries",

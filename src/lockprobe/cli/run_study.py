@@ -78,7 +78,7 @@ def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> t
     if not (directory / SETTINGS).exists():
         return planned, directory
     there = read_study(directory)
-    if not {"trials", "repetitions", "strategy_trials", "full", "until", "most"} & request.model_fields_set:
+    if not {*SIZES, "full"} & request.model_fields_set:
         planned = replace(planned, **{name: getattr(there, name) for name in SIZES})
     if request.agent is None and there.run_agents:
         planned = replace(planned, agents=there.run_agents, names=there.names)

@@ -85,7 +85,7 @@ WritePeople = Annotated[
         "Files to edit": "write_people write_texts",
     }
 )
-@with_study_options(without=("agent", "until", "most", "boxes"))
+@with_study_options(without=("agent", "until", "boxes"))
 def serve(
     asked: Mapping[str, object],
     what: Name = None,

@@ -19,7 +19,7 @@ from lockprobe.trial.record import TrialError
 
 AGENT = "round-robin"
 CONDITIONS = ["tremble?p=1", "tremble?p=0.1"]
-STUDY = study("flips", agent=AGENT, box="chain-3", max_steps=7, condition=CONDITIONS, until="decided", most=40)
+STUDY = study("flips", agent=AGENT, box="chain-3", max_steps=7, condition=CONDITIONS, until="decided", trials=40)
 FIXED = replace(STUDY, until=None)
 
 
@@ -35,7 +35,7 @@ def stopped(tmp_path_factory):
 
 
 def decided(planned, trials):
-    return [(one.question.name, one.verdict, one.at) for one in answers(planned, AGENT, trials)]
+    return [(one.question.condition, one.verdict, one.at) for one in answers(planned, AGENT, trials)]
 
 
 def played(planned, every, luck, breaks=0.0):
@@ -133,12 +133,12 @@ class Down:
 def test_trials_that_broke_are_played_again_before_the_next_look_as_long_as_others_end(tmp_path, monkeypatch):
     (tmp_path / "flaky_until.py").write_text(FLAKY)
     monkeypatch.syspath_prepend(tmp_path)
-    planned = study("flips", agent="python:flaky_until:Agent", box="chain-3", until="±30", p=[0, 0.4], most=40)
+    planned = study("flips", agent="python:flaky_until:Agent", box="chain-3", until="±30", p=[0, 0.4], trials=40)
     trials = run_study(planned, tmp_path / "d")
     assert len(replaced_records(tmp_path / "d")) == 3
     assert not any(trial.owed_again for trial in trials)
     assert due(planned, planned.agents[0], trials) == []
-    down = study("flips", agent="python:flaky_until:Down", p=[0, 0.5], until="decided", most=4)
+    down = study("flips", agent="python:flaky_until:Down", p=[0, 0.5], until="decided", trials=4)
     with Journal.open(tmp_path / "down", down) as journal:
         run(down, journal)
         assert len(journal.trials) == 8

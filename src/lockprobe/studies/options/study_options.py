@@ -126,10 +126,9 @@ class StudyOptions(BaseModel):
     )
     until: str | None = _option(
         "Play until every difference is decided (shown to be an effect, or smaller than 10 points), or until each is "
-        "known to ±10, or ±5, points; it stops there. This assumes an effect that does not drift meanwhile (all "
-        "trials are played)."
+        "known to ±10, or ±5, points; it stops there, or after --trials, 300. This assumes an effect that does not "
+        "drift meanwhile (all trials are played)."
     )
-    most: Trials | None = _option("With --until: trials per condition at most (300).")
     repetitions: Repetitions | None = _option("Repetitions (3; 1 with why and with several boxes).")
     seed: Seed | None = _option("Seed of everything (1).")
     max_steps: Steps | None = _option("Budget of a trial in steps (20).")

@@ -39,9 +39,8 @@ from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
-_MOST = 300
-"""Trials under each condition at most of a study that stops when it is decided, unless ``--most`` says otherwise."""
-
+_UNTIL = {"repetitions": 1, "trials": 300}
+"""The most that is played of a study that stops when it is decided, unless something else is said."""
 
 _AS_ASKED = (
     *("repetitions", "trials", "strategy_trials", "max_steps", "seed", "shuffle", "layout", "assessment", "hypothesis"),
@@ -198,11 +197,10 @@ def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
     cases, usual = {case for case, held in holds.items() if held}, dict[str, Any](plant=plant.spec)
     for part in (own, *(found for case, found in own.when.items() if case in cases)):
         usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
+    usual |= _UNTIL if asked.until else {}
     dropped = {"condition"}
     if asked.trials is not None or asked.until is not None:  # strategies play as many
         dropped.add("strategy_trials")
-    if asked.until is not None:
-        dropped |= {"repetitions", "trials"}
     if not plant.lays_out:
         dropped.add("layout")
     if usual.get("shuffle") == "never" and not plant.photographs:
@@ -260,6 +258,8 @@ def _check_own(
     asked: StudyOptions, own: Sequence[NamedCondition], same: dict[str, Sequence[Any]], plant: PlantSource
 ) -> None:
     """Refuse what a study with conditions of its own would leave out, or could not vary."""
+    if asked.until:
+        raise BadValue("until", asked.until, f"none with {asked.study}, whose contrasts are judged at one look")
     for what, values in same.items():
         if len(values) > 1:
             raise BadValue(what, values, f"one, which all conditions of {asked.study} have")
@@ -320,26 +320,14 @@ def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[
             raise BadValue("boxes", request.boxes, f"none with the box {family}, but with random-4 to random-8")
         boxes = alike_boxes(int(drawn[1]), request.boxes)
     settings: dict[str, Any] = {one: value for one in _AS_ASKED if (value := getattr(request, one)) is not None}
-    if request.until is None:
-        if request.most is not None:
-            raise BadValue("most", request.most, "--until with it; --trials says how many trials are played")
-        each: dict[str, Any] = {
-            one: settings[one] * len(boxes) for one in ("trials", "strategy_trials") if one in settings
-        }
-    else:
-        if request.study == "looks":
-            raise BadValue("until", request.until, f"none with {request.study}, whose answer holds for one look")
-        for one in ("repetitions", "trials", "strategy_trials", "full"):
-            if value := getattr(request, one):
-                raise BadValue(one, value, f"none with --until {request.until}; --most says how many trials at most")
-        most = _MOST if request.most is None else request.most
-        each = {"repetitions": 1, "trials": most, "until": Until.parse(request.until)}
+    each = {one: settings[one] * len(boxes) for one in ("trials", "strategy_trials") if one in settings}
     settings |= {
         "name": request.study if request.name is None else request.name,
         "agents": tuple(agents),
         "boxes": boxes,
         "conditions": tuple(conditions),
         "plant": resolve_plant("symbolic" if request.plant is None else request.plant).spec,
+        "until": request.until and Until.parse(request.until),
     }
     try:
         planned = Study(**(settings | each | more))
