@@ -38,9 +38,8 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import SETTINGS
-from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import estimates
-from lockprobe.studies.costs.spending import Budget, Spending, hosted, spent_by_agent, total
+from lockprobe.studies.costs.spending import Budget, Spending, hosted, total
 from lockprobe.studies.decisions import LOOK_EVERY, planned_now
 from lockprobe.studies.options.study_options import read_options
 from lockprobe.studies.options.studyfile import study
@@ -217,7 +216,6 @@ class Progress(Observer):
         self.reached: BudgetReached | None = None
         self._ended, self._first_error, self._agent = 0, "", ""
         self._now, self._errors = Counter[str](), Counter[str]()  # of the present agent
-        self._spent: dict[str, Spending] | None = None
         self._began = self._due = 0.0
         self._live: Live | None = None
         if sys.stdout.isatty() and not (json or study.attended):
@@ -226,8 +224,7 @@ class Progress(Observer):
 
     def watch(self, play: Callable[[], None]) -> None:
         """Tell of what is played within the budget; Ctrl-C is told and raised again."""
-        if self._budget is not None:
-            self._journal.calls.limit(self._budget)
+        self._journal.calls.budget, self._journal.calls.listener = self._budget, self.call
         try:
             with redirect_stdout(sys.stderr) if self._json else self._live or nullcontext():
                 play()
@@ -259,9 +256,6 @@ class Progress(Observer):
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Tell what will be played, where it goes, what of it is done, and what it may cost."""
         where = str(journal.directory)
-        if hosted(study):
-            self._spent = spent_by_agent(read_calls(journal.directory))
-            journal.calls.listener = self.call
         if self._forks is not None:
             self.tell("begin", *self._forks, directory=where, owed=owed)
             return
@@ -273,7 +267,8 @@ class Progress(Observer):
         found, limit = estimates(study, journal.trials), dict[str, float]()
         lines = [line for one in found for line in estimate_lines(one)]
         if self._budget is not None:
-            spent, limit = self._budget.spent, {"budget": self._budget.allowed, "spent": self._budget.spent}
+            spent = journal.calls.most
+            limit = {"budget": self._budget.allowed, "spent": spent}
             before = f", of which {money(spent)} is spent" if spent else ""
             lasts = self._budget.allowed - spent >= sum((one.dollars() or (0.0, 0.0))[1] for one in found)
             doubt = "" if lasts else "; it may not last: the study then stops, and goes on with a larger one"
@@ -314,7 +309,6 @@ class Progress(Observer):
 
     def call(self, call: Call) -> None:
         """A call is on disk; tell of one that was repeated, and how it goes if nothing has been said for long."""
-        self._spent = spent_by_agent([call], self._spent)
         if call.retries or call.error:
             facts = {"step": call.step, "turn": call.turn, "retries": call.retries, "seconds": round(call.seconds, 3)}
             self.tell("call", key=call.key, **facts, error=call.error or None)
@@ -348,19 +342,23 @@ class Progress(Observer):
             f"{now['solved']} of {now['valid']} solved" * bool(now["valid"]),
             f"{now['steps'] / seconds:.1f} steps/s",
             f"{left} left",
-            spent_in_words(total((self._spent or {}).values())),
+            spent_in_words(self._spent),
             way * (waited >= _LONG),
             in_boundaries(self._errors),
         ]
         return " · ".join(filter(None, parts))
 
+    @property
+    def _spent(self) -> Spending:
+        return total(self._journal.calls.spent.values())
+
     def cost(self) -> dict[str, object]:
-        """What it has cost, for programs."""
-        return {} if self._spent is None else {"spent": spent_facts(total(self._spent.values()))}
+        """What it has cost, for programs; nothing without a call."""
+        return {"spent": spent_facts(self._spent)} if self._journal.calls.spent else {}
 
     def spent(self) -> list[str]:
         """What it has cost, as a line; none without a call."""
-        said = spent_in_words(total((self._spent or {}).values()))
+        said = spent_in_words(self._spent)
         return [f"All calls: {said}"] if said else []
 
     def end(self, owed: int, trials: int) -> int:
@@ -386,7 +384,7 @@ class Progress(Observer):
             self.tell("broke", *lines, trials=broken, ended=self._ended, **facts)
         if self.reached is None or self._budget is None:
             return BROKE if owed or self.abandoned else 0
-        spent, allowed = self._budget.spent, self._budget.allowed  # of the calls that came back since, too
+        spent, allowed = self._journal.calls.most, self._budget.allowed  # of the calls that came back since, too
         line = (
             f"Budget reached: {money(spent)} of {money(allowed)} spent, too little is left for a call; "
             f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"

@@ -90,15 +90,14 @@ def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not
 
     async def all_of_them():
         with call_log(tmp_path) as calls:
-            budget = Budget(planned(DEAR), 2.6)
-            calls.limit(budget)
+            calls.budget = Budget(planned(DEAR), 2.6)
             done = await asyncio.gather(*(one(calls, trial) for trial in range(1, 9)), return_exceptions=True)
-            return budget, done
+            return calls.most, done
 
-    budget, done = asyncio.run(all_of_them())
+    spent, done = asyncio.run(all_of_them())
     assert began == [1, 2, 3, 4, 5]  # two at a time; the last fits exactly; with $2 spent none fits any more
     assert [type(end) for end in done] == [type(None)] * 5 + [BudgetReached] * 3
-    assert budget.spent == pytest.approx(2)
+    assert spent == pytest.approx(2)
 
 
 @settings(max_examples=40, deadline=None)
@@ -142,7 +141,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
 
     async def run(directory):
         with call_log(directory) as calls:
-            calls.limit(Budget(agents, allowed))
+            calls.budget = Budget(agents, allowed)
             await asyncio.gather(*(lane(calls, number) for number in range(1, lanes + 1)))
 
     with tempfile.TemporaryDirectory() as directory:
@@ -170,9 +169,7 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
         call(step=4, reply=None, error=BROKEN_OFF, unanswered=1, most=worst),
         call(step=5, usage=usage(read=1_000_000)),
     ]
-    spent, budget = spent_by_agent(calls)[DEAR], Budget(planned(DEAR), 1000)
+    spent = spent_by_agent(calls)[DEAR]
     assert (spent.usage.calls, spent.unpriced, spent.broken_off, spent.failed) == (3, 13, 1, 1)
     assert (spent.dollars, spent.dollars_unknown) == (pytest.approx(6), pytest.approx(5 * (2 + 2 + 7 + 2)))
-    for one in calls:
-        budget.settle(one)
-    assert budget.spent == pytest.approx(6 + 5 * 13)
+    assert spent.most == pytest.approx(6 + 5 * 13)

@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.storage.database import Damaged, Database
-from lockprobe.studies.costs.spending import Budget
+from lockprobe.studies.costs.spending import Budget, spent_by_agent
 from lockprobe.studies.records.store import STORE, check_row, checksum, read
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 from lockprobe.trial.plan import Plan
@@ -72,25 +72,22 @@ class Calls:
     """The open log of calls of a study.
 
     Attributes:
+        spent: Agent -> the cost of its calls that have an outcome, in earlier runs too.
+        budget: What no further call may exceed.
         listener: Called with every call that has an outcome.
     """
 
     def __init__(self, store: Database) -> None:
         self._store = store
         self._on_their_way: dict[str, tuple[int, Call, float]] = {}
-        self._budget: Budget | None = None
+        self.budget: Budget | None = None
         self._claimed: Call | None = None
         self._news = asyncio.Event()
         self.listener: Callable[[Call], None] = lambda call: None
-        self._kept = kept_replies(_calls_in(store))
+        logged = [*_calls_in(store)]
+        self.spent, self._kept = spent_by_agent(logged), kept_replies(logged)
         for (key,) in store.rows("select key from trial where current and not owed") if self._kept else ():
             self.forget(key)
-
-    def limit(self, budget: Budget) -> None:
-        """Set the budget that no further call may exceed; calls of earlier runs count."""
-        for call in _calls_in(self._store):
-            budget.settle(call)
-        self._budget = budget
 
     def has_replies(self, key: str) -> bool:
         """Whether a trial that is not finished has replies already, from which it goes on."""
@@ -109,6 +106,11 @@ class Calls:
     def forget(self, key: str) -> None:
         """Drop the calls of a finished trial from memory; they stay on disk."""
         self._kept.pop(key, None)
+
+    @property
+    def most(self) -> float:
+        """What these have cost at most, US dollars."""
+        return sum(one.most for one in self.spent.values())
 
     @property
     def on_their_way(self) -> int:
@@ -137,7 +139,7 @@ class Calls:
                 f"{one.usage.output_tokens:,}",
                 "no more is asked; look at its count, then the same command goes on",
             )
-        while self._budget is not None and not self._budget.reserve(call):
+        while self.budget is not None and not self.budget.reserve(call, self.most):
             await self._news.wait()
         number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
         self._on_their_way[call.key] = self._put(number, replace(call, error=BROKEN_OFF)), call, began
@@ -153,8 +155,9 @@ class Calls:
         if call.reply is not None:
             self._kept.setdefault(call.key, []).append(call)
         self._claimed = self._claimed or (call if call.claimed is not None else None)
-        if self._budget is not None:
-            self._budget.settle(call)
+        if self.budget is not None:
+            self.budget.release(call)
+        self.spent = spent_by_agent([call], self.spent)
         self._news.set()  # whoever waits asks the budget again
         self._news = asyncio.Event()
         self.listener(call)

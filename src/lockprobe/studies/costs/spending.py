@@ -69,6 +69,11 @@ class Spending:
             price=price,
         )
 
+    @property
+    def most(self) -> float:
+        """What it can have cost at most, US dollars, as a budget counts it; 0 if the price is not known."""
+        return (self.dollars or 0.0) + (self.dollars_unknown or 0.0)
+
     def __add__(self, other: Spending) -> Spending:
         """Both together; what is None in one of them is None."""
         found = dict[str, Any]()
@@ -111,7 +116,7 @@ def spent_by_agent(calls: Iterable[Call], before: Mapping[str, Spending] | None 
 
 
 class Budget:
-    """The budget of a study in US dollars, earlier runs included. A call of unknown cost counts at its upper bound.
+    """The budget of a directory in US dollars, earlier runs included. A call of unknown cost counts at its upper bound.
 
     A call is covered by its upper bound, which is reserved on disk before it is sent and replaced by its cost
     afterwards. A trial that is refused a call stops there, and resumes from it with a larger budget.
@@ -124,7 +129,6 @@ class Budget:
         if not 0 < allowed < float("inf"):
             raise BadValue("budget", allowed, "US dollars above 0")
         self.allowed = allowed
-        self.spent = 0.0
         self._prices: dict[str, Price] = {}
         self._reserved: dict[str, float] = {}
         self._lost: dict[str, float] = {}
@@ -137,11 +141,11 @@ class Budget:
                 raise refusal
             self._prices[agent] = price
 
-    def reserve(self, call: Call) -> bool:
+    def reserve(self, call: Call, spent: float) -> bool:
         """Reserve the maximum cost of a trial's next call; False if calls in flight have to return first.
 
-        When a call is repeated, its earlier attempts count as spent: as counted, or at that cost each. A waiting call
-        holds no reservation, so there is no deadlock.
+        ``spent`` are US dollars of calls with an outcome. When a call is repeated, its earlier attempts count too: as
+        counted, or at that cost each. A waiting call holds no reservation, so there is no deadlock.
 
         Raises:
             BudgetReached: If it does not fit even if calls in flight cost nothing.
@@ -151,7 +155,7 @@ class Budget:
         most = most_dollars(call.most, price)
         self._reserved.pop(call.key, None)
         self._lost[call.key] = call.unanswered * most + price.of(call.usage)
-        spent = self.spent + sum(self._lost.values())  # with attempts in flight that may have been charged for
+        spent += sum(self._lost.values())  # with attempts in flight that may have been charged for
         if spent + most > self.allowed:
             raise BudgetReached(spent, self.allowed, most)
         if spent + sum(self._reserved.values()) + most > self.allowed:
@@ -159,9 +163,7 @@ class Budget:
         self._reserved[call.key] = most
         return True
 
-    def settle(self, call: Call) -> None:
-        """Replace a call's reservation by its cost."""
+    def release(self, call: Call) -> None:
+        """A call has an outcome: what was reserved for it is no more, since its cost is known."""
         self._reserved.pop(call.key, None)
         self._lost.pop(call.key, None)
-        if (price := self._prices.get(call.agent)) is not None:
-            self.spent += price.of(call.usage) + call.unpriced * most_dollars(call.most, price)
