@@ -22,6 +22,7 @@ def test_plain_lines_say_what_is_played(lockprobe, directory, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "abc")  # of builds, and no number
     _, said, _ = lockprobe(*ASKED, "--out", directory)
     assert "Study flips on chain-4: 2 conditions: truth; flip?p=0.4; 2 repetitions of 4 trials of 20 steps" in said
+    assert "agents random; seed 1; 16 trials in all\n" in said
     assert "16 of 16 trials are done already; 0 are owed" in said
     assert "\x1b" not in said
     assert lockprobe("status", directory)[::2] == (0, "")

@@ -84,5 +84,5 @@ def test_an_estimate_says_its_range_and_the_date_of_its_prices_as_the_docs_do():
     for said, line in zip(lines, quoted.splitlines(), strict=False):
         assert said.startswith(line.removesuffix("…"))
     (first, second) = estimate_lines(estimates(study("flips", agent="llm:openai-api/some/model", trials=1), {})[0])
-    assert first.startswith("llm:openai-api/some/model: about ")
+    assert first.startswith("llm:openai-api/some/model: 21 trials, about ")
     assert second == "  the price is not known (set it with LOCKPROBE_MODEL_FACTS=FILE.toml)"

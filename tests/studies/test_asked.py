@@ -475,5 +475,6 @@ def test_an_agent_is_also_a_class_as_in_a_notebook(tmp_path, monkeypatch):
     first, asked = import_module("my_own").First, {"p": [0], "trials": 1}
     assert study(agent=[first, "random"], **asked).agents == ("python:my_own:First", "random")
     assert study(agent=first, **asked) == study(agent="python:my_own:First", **asked)
+    assert study(agent={"mine": first, "r": "random"}, **asked).labels == ("mine", "r")
     one, same = (run_trial(agent=agent, seed=1) for agent in (first, first()))
     assert (one.actions, one.ending) == (same.actions, same.ending) != ((), "error")

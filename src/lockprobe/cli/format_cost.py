@@ -50,18 +50,15 @@ def estimate_lines(found: Estimate) -> list[str]:
     def span(low: str, high: str) -> str:
         return low if low == high else f"{low} to {high}"
 
-    goal = "decided" if found.until == "decided" else f"{found.until} points"
-    until = f"until {goal}, at most {found.trials:,} trials, which take " * bool(found.until)
     calls, tokens_in, tokens_out = (
         span(about(getattr(found.low, name)), about(getattr(found.high, name)))
         for name in ("calls", "input_tokens", "output_tokens")
     )
-    lines = [f"{found.called}: {until}about {calls} calls, {tokens_in} tokens in, {tokens_out} out"]
+    trials = f"{'at most ' * found.until}{count(found.trials, 'trial')}"
+    lines = [f"{found.called}: {trials}, about {calls} calls, {tokens_in} tokens in, {tokens_out} out"]
     if (paid := found.dollars()) is None or found.price is None:
         return [*lines, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
-    lines.append(f"  about {span(*map(money, paid))}; prices of {found.price.date}")
-    less = "  a smaller --budget is fine: what is decided when it ends holds, and a larger one goes on from there"
-    return [*lines, *([less] if found.until else [])]
+    return [*lines, f"  about {span(*map(money, paid))}; prices of {found.price.date}"]
 
 
 def estimate_facts(found: Estimate) -> dict[str, object]:
@@ -73,7 +70,7 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
         )
     }
     price = None if found.price is None else asdict(found.price)
-    return {"agent": found.called, "trials": found.trials, **sides, "price": price, "until": found.until or None}
+    return {"agent": found.called, "trials": found.trials, **sides, "price": price}
 
 
 def settings_line(found: str) -> str:

@@ -36,7 +36,6 @@ from lockprobe.cli.result import decided, write
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import SETTINGS
 from lockprobe.studies.costs.estimate import estimates
 from lockprobe.studies.costs.spending import Budget, Spending, hosted, total
@@ -50,7 +49,6 @@ from lockprobe.studies.running.executor import Limits, Observer
 from lockprobe.studies.running.runner import next_plans
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import SIZES, Study
-from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
 
 BROKE = 1
@@ -110,11 +108,6 @@ def play_study(
             return  # people have yet to be invited
         _tell_results(journal, progress, report=report)
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
-        if not (valid or progress.broken):
-            error = journal.read(next(iter(journal.trials))).error
-            assert error is not None
-            said = f"No valid trial: all ended as an error, the first at {error.boundary}: {error.message}"
-            progress.tell("no-valid-trial", f"{said}; when that is mended, another --out plays them anew")
         owed = 0
         if progress.reached or progress.broken or progress.abandoned:
             plans = next_plans(planned, journal)
@@ -161,7 +154,7 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
         yield f"{said} but invited, by lockprobe serve {journal.directory}"
     if not run:
         return
-    extent = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}"
+    extent, whole = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}", count(run, "trial")
     if study.until:
         most = count(study.repetitions * study.trials, "trial")
         extent = f"until {study.until}, at most {most} per condition, looking after every {LOOK_EVERY} blocks,"
@@ -170,12 +163,10 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     yield (
         f"Study {study.name} on {study.boxes_in_words}: {count(len(study.conditions), 'condition')}: "
         f"{'; '.join(one.label for one in study.conditions)}; {extent} of {study.max_steps} steps; "
-        f"agents {', '.join(study.labels)}; seed {study.seed}"
+        f"agents {', '.join(study.labels)}; seed {study.seed}; {'at most ' * bool(study.until)}{whole} in all"
     )
     if study.simulated:
-        source = resolve_plant(study.plant)
-        drawn = study.has_pictures and owed and source.picture_size is not None
-        yield f"Plant: {study.plant}" + (f"; pictures by {source.renderer()}" if drawn else "")
+        yield f"Plant: {study.plant}"
     yield f"Records: {journal.directory} (the same command resumes it)"
     yield settings_line(journal.study.settings_hash)
     of = "" if study.until else f" of {run}"
@@ -224,7 +215,7 @@ class Progress(Observer):
 
     def watch(self, play: Callable[[], None]) -> None:
         """Tell of what is played within the budget; Ctrl-C is told and raised again."""
-        self._journal.calls.budget, self._journal.calls.listener = self._budget, self.call
+        self._journal.calls.budget = self._budget
         try:
             with redirect_stdout(sys.stderr) if self._json else self._live or nullcontext():
                 play()
@@ -288,8 +279,9 @@ class Progress(Observer):
         self.tell("agent", f"{self._agent}: {count(owed, 'trial')} to play", agent=self._agent, owed=owed)
 
     def step(self, key: str, step: Step) -> None:
-        """Count a step."""
+        """Count a step, and tell how it goes if nothing has been said for long."""
         self._now["steps"] += 1
+        self._say_state()
 
     def trial(self, trial: Trial, seconds: float) -> None:
         """Count a trial; tell of it, and how it goes."""
@@ -306,13 +298,6 @@ class Progress(Observer):
         facts = {"steps": len(trial.steps), "seconds": round(seconds, 3), "error": why, **self.cost()}
         self.tell("trial", *lines, key=trial.key, ending=trial.ending, **facts)
         self._say_state(now=self._now["played"] == self._now["owed"] and self._study.until is None)
-
-    def call(self, call: Call) -> None:
-        """A call is on disk; tell of one that was repeated, and how it goes if nothing has been said for long."""
-        if call.retries or call.error:
-            facts = {"step": call.step, "turn": call.turn, "retries": call.retries, "seconds": round(call.seconds, 3)}
-            self.tell("call", key=call.key, **facts, error=call.error or None)
-        self._say_state()
 
     def more(self, owed: int) -> None:
         """Count the trials that follow a look."""

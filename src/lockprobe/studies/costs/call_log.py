@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -74,7 +74,6 @@ class Calls:
     Attributes:
         spent: Agent -> the cost of its calls that have an outcome, in earlier runs too.
         budget: What no further call may exceed.
-        listener: Called with every call that has an outcome.
     """
 
     def __init__(self, store: Database) -> None:
@@ -83,7 +82,6 @@ class Calls:
         self.budget: Budget | None = None
         self._claimed: Call | None = None
         self._news = asyncio.Event()
-        self.listener: Callable[[Call], None] = lambda call: None
         logged = [*_calls_in(store)]
         self.spent, self._kept = spent_by_agent(logged), kept_replies(logged)
         for (key,) in store.rows("select key from trial where current and not owed") if self._kept else ():
@@ -160,7 +158,6 @@ class Calls:
         self.spent = spent_by_agent([call], self.spent)
         self._news.set()  # whoever waits asks the budget again
         self._news = asyncio.Event()
-        self.listener(call)
 
     def _put(self, number: int | None, call: Call) -> int:
         """Write a row, a new one without its number, and wait for the disk; return its number."""

@@ -62,7 +62,7 @@ _REASONING = 1000
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """The estimated cost of the trials that one agent owes; of a study with ``until``, of those that it owes at most.
+    """The estimated cost of the trials that one agent owes.
 
     Attributes:
         agent: Agent spec.
@@ -71,7 +71,7 @@ class Estimate:
         low: Usage if trials take as many steps as those of a random agent.
         high: Usage if no trial is solved within its budget of steps.
         price: The provider's price; None if it is not known.
-        until: When the study stops, if that is before all trials are played; else empty.
+        until: Whether the study can stop before all of them are played.
     """
 
     agent: str
@@ -80,7 +80,7 @@ class Estimate:
     low: Usage
     high: Usage
     price: Price | None
-    until: str = ""
+    until: bool = False
 
     def dollars(self) -> tuple[float, float] | None:
         """The cost from low to high in US dollars, if the provider keeps no prefix; None if the price is not known."""
@@ -111,7 +111,7 @@ def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
             for calls, read, wrote in np.round([low, high]).astype(int).tolist()
         )
         found.append(
-            Estimate(agent, study.label_of(agent), len(plans), least, most, agent_price(agent), str(study.until or ""))
+            Estimate(agent, study.label_of(agent), len(plans), least, most, agent_price(agent), study.until is not None)
         )
     return found
 

@@ -27,6 +27,7 @@ from lockprobe.agents.local import portable
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.foundation.inputs import PRESETS, read_toml
+from lockprobe.foundation.plugins import plugin_name_of
 from lockprobe.foundation.spec import named_spec, spec_kind, split_specs
 from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
@@ -57,6 +58,15 @@ def _parts(given: object) -> object:
     return [part for one in found for part in (map(str.strip, one.split(",")) if isinstance(one, str) else [one])]
 
 
+def _agents(given: object) -> Any:
+    """Agents as specs, of classes too; ``NAME=SPEC`` of those in a mapping."""
+    if isinstance(given, Mapping):
+        return [f"{name}={spec}" for name, one in given.items() for spec in _agents([one])]
+    if not isinstance(given, list | tuple):
+        return _agents([given]) if isinstance(given, str | type) else given
+    return [plugin_name_of("agent", one) if isinstance(one, type) else one for one in given]
+
+
 def _option(words: str, default: object = None) -> Any:
     """An option with what it means, its default in brackets."""
     return Field(default=default, description=words)
@@ -85,6 +95,9 @@ Spec = Annotated[str, Field(max_length=1000)]
 Several = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_listed)]
 """One, or a list of them."""
 
+Agents = Annotated[list[Spec], Field(max_length=64), BeforeValidator(_agents)]
+"""Specs or classes: one, a list of them, or a mapping with their names."""
+
 Flips = Annotated[list[FlipKind], Field(min_length=1), BeforeValidator(_parts)]
 Rates = Annotated[list[float], Field(max_length=1000), BeforeValidator(_parts)]
 Boxes = Annotated[list[str | Path | InstanceOf[Lockbox]], Field(min_length=1), BeforeValidator(_parts)]
@@ -103,7 +116,7 @@ class StudyOptions(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     study: str = _option("flips, modalities, why, looks, or the study of a file.", default="flips")
-    agent: Several | None = _option(
+    agent: Agents | None = _option(
         "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: a cognitive model, "
         "human-inspired, llm:local and random)."
     )
@@ -117,8 +130,8 @@ class StudyOptions(BaseModel):
         "--repetitions; 0.4 with why)."
     )
     trials: Trials | None = _option(
-        "Trials per condition and box (in each repetition: 1; 10 with --full, or if --p or --repetitions is given; 50"
-        " with why; 5 with several boxes)."
+        "Trials per condition and box: 10 on each of 5 boxes are 50 (in each repetition: 1; 10 with --full, or if --p "
+        "or --repetitions is given; 50 with why; 5 with several boxes)."
     )
     strategy_trials: Trials | None = _option(
         "Trials per condition and box for strategies, which cost nothing (100 in the short study, 150 with why, 20 "
@@ -215,18 +228,14 @@ def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> 
         BadValue: If an option has a value that it cannot have.
         BadFile: If there is no such file, or it is none of a study.
     """
-    file = Path(asked) if str(asked).endswith(".toml") and isinstance(asked, str | Path) else None
-    if file is not None:
-        asked = read_file(file)
-    elif isinstance(asked, str | Path):
-        asked = StudyOptions(study=str(asked))
-    elif not isinstance(asked, StudyOptions):
-        raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
+    file = Path(asked) if isinstance(asked, str | Path) and str(asked).endswith(".toml") else None
+    before = asked if isinstance(asked, StudyOptions) else read_file(file) if file else None
+    wanted = given if before else {"study": asked, **given}
     try:
-        more = StudyOptions.model_validate(given)
+        more = StudyOptions.model_validate(wanted)
     except ValidationError as error:
-        raise refused(error, given) from None
-    said = asked.model_copy(update={name: getattr(more, name) for name in given})
+        raise refused(error, wanted) from None
+    said = before.model_copy(update={name: getattr(more, name) for name in given}) if before else more
     if said.study not in STUDIES:
         raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     for what, spec in ((what, spec) for what, specs in said.specs.items() for spec in specs if what not in given):

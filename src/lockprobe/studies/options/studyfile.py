@@ -22,7 +22,7 @@ from lockprobe.boxes.families import ALIKE, DEFAULT_BOX, alike_boxes, find_box
 from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMistake
 from lockprobe.foundation.inputs import read_preset
-from lockprobe.foundation.plugins import allow, plugin_name_of
+from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, MisreadFlip, OutcomeFlip, entries_of, flip_of, misread_rates
@@ -83,14 +83,11 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     Args:
         asked: Options, the path of a TOML file, ``flips``, ``modalities``, ``why`` or ``looks``.
         options: Any of :class:`lockprobe.studies.options.study_options.StudyOptions`, which go before those; an agent
-            may also be a class, as in a notebook.
+            may also be a class, as in a notebook, and agents a dict of their names.
 
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    agent = options.get("agent")
-    if isinstance(several := [agent] if isinstance(agent, type) else agent, list | tuple):
-        options["agent"] = [plugin_name_of("agent", one) if isinstance(one, type) else one for one in several]
     said = read_options(asked, options)
     allow(*(spec for specs in said.specs.values() for spec in specs))  # a file that names code was refused
     request, cases = _with_defaults(said)
