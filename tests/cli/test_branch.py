@@ -50,15 +50,6 @@ def test_as_json_it_has_every_effect_with_its_interval(directory):
     assert all(one["clusters"] <= 4 for one in changes.values())
 
 
-def test_the_estimate_plays_nothing(lockprobe, directory):
-    before = load(directory / "forks")
-    said = "cognitive:insistent: 16 forks, at most 256 steps\n"
-    assert lockprobe("branch", directory, "--at", "4", "--estimate") == (0, said, "")
-    said = lockprobe("branch", directory, "--at", "4", "--estimate", "--json")[1]
-    assert json.loads(said) == {"agent": "cognitive:insistent", "forks": 16, "steps": 256}
-    assert load(directory / "forks") == before
-
-
 SPEC = "llm:openai-api/fake/model"
 A_CALL = (11 * 100 + 5 * 1000) / 1e6
 """US dollars of each call, as the server counts tokens."""

@@ -126,7 +126,6 @@ def generate(
     deal: Annotated[
         bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
     ] = False,
-    shortest: Annotated[int, typer.Option(help="The least number of steps of the optimum.")] = 2,
     count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
     seed: options.Seed = 1,
     out: Annotated[
@@ -137,7 +136,7 @@ def generate(
     from lockprobe.boxes.boxfile import toml_of
 
     seeds = range(seed, seed + _TRIES * count)
-    tried = (make(family, one, layout=layout, dealt=deal, shortest=shortest) for one in seeds)
+    tried = (make(family, one, layout=layout, dealt=deal) for one in seeds)
     made = 0
     for found in islice((one for one in tried if isinstance(one, Lockbox)), count):
         made += 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_
 import os
 from functools import partial
 from typing import Annotated, Literal
@@ -50,15 +49,14 @@ def branch(
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
     budget: options.Budget = None,
-    estimate: options.EstimateOnly = False,
     json: options.AsJson = False,
 ) -> None:
     """Measure the effect of one report: fork finished trials after it, change it, and let the agent play on.
 
     Earlier steps come from the record; the agent is not asked again. Arms share their luck if the agent is seeded.
     Forks are written to DIR/forks and do not count as trials of the study; the same command resumes them. In trials
-    under true reports the effect is that of the first lie. --budget counts all forks of the study; --estimate also says
-    how many there would be. Exit status 3: the budget ended the run; 1: a fork broke and is owed.
+    under true reports the effect is that of the first lie. --budget counts all forks of the study. Exit status 3: the
+    budget ended the run; 1: a fork broke and is owed.
     """
     options.permit(allow)
     study = read_study(directory)
@@ -66,18 +64,10 @@ def branch(
     asked = branching(
         study, load(directory), keys=keys or (), at=places, told=arms, truthful=then == "truth", times=times
     )
-    plans = {agent: [*asked.plans(agent)] for agent in asked.agents}
-    if estimate:  # --budget bounds what they cost
-        for agent, own in plans.items():
-            steps = sum(study.max_steps - plan.fork.name.at for plan in own if plan.fork is not None)
-            facts = {"agent": study.label_of(agent), "forks": len(own), "steps": steps}
-            said = f"{facts['agent']}: {count(len(own), 'fork')}, at most {count(steps, 'step')}"
-            print(json_.dumps(facts) if json else printable(said))
-        return
     access = Access(connections=connections, timeout=timeout, retries=retries)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
     allowed = None if budget is None else Budget(study, budget)
-    planned = {plan.key for own in plans.values() for plan in own}
+    planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
     what = (
         f"{count(len(planned), 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
         f"after {', '.join(asked.at)}; arms {', '.join(asked.arms)}; {count(times, 'continuation')} each; "

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from hashlib import sha256
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
@@ -21,9 +20,6 @@ from lockprobe.interventions.asked_and_done import OwnPrompt
 from lockprobe.statistics.design import Design
 from lockprobe.studies.study import SIZES, Study, arms_of, flip_axis
 from lockprobe.trial.condition import Condition, Recorded
-
-_LONGEST = 180
-"""The most characters of a spec that names a condition; of a longer one a hash says the rest."""
 
 _FREE = ("name", "names", "conditions", "strategy_conditions", *SIZES)
 """Settings that may differ."""
@@ -76,9 +72,7 @@ def shared_names(study: Study) -> dict[Condition, SharedCondition]:
     for one in study.conditions:
         prompts = [spec for spec in one.specs if spec_name(spec) == OwnPrompt.name]
         acting = tuple(Recorded(spec=str(spec), doses=doses) for spec, doses in one.acting if str(spec) not in prompts)
-        whole = " + ".join((*(one.spec for one in acting), *filter(None, [one.plant.spec]), one.modality))
-        short = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
-        bare = replace(one, interventions=acting, name=short if len(whole) > _LONGEST else "")
+        bare = replace(one, interventions=acting, name="")
         files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
         found[one] = SharedCondition(bare, " + ".join(files))
     return found

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import Any, NoReturn
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import BadValue, Missing, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.spec import Spec, arguments_from, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions
@@ -102,10 +102,7 @@ def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
     """The modalities that an agent can play: an agent that reads reports plays no pictures."""
     modalities = tuple(modalities)
     in_words = tuple(modality for modality in modalities if not is_pictured(modality))
-    try:
-        return modalities if in_words == modalities or resolve(agent).sees else in_words
-    except Missing:  # the package of hosted models, which look; records can be read without it
-        return modalities
+    return modalities if in_words == modalities or resolve(agent).sees else in_words
 
 
 def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:

@@ -115,11 +115,11 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
             refuse_blind(planned.agents[0], one.modality, "words")
     for box in planned.boxes:
         try:
-            box_from_data(box.as_data())
+            fault = fault_of(box_from_data(box.as_data()))
         except UserMistake as error:
-            raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
-        if fault := fault_of(box):
-            raise BadValue("box", box.name, f"one that can be played ({fault})")
+            fault = str(error)
+        if fault:
+            raise BadValue("box", box.name, f"one that a file can hold and that can be played ({fault})")
     return planned
 
 
@@ -317,7 +317,7 @@ def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[
             raise BadValue("boxes", request.boxes, f"none with the box {family}, but with random-4 to random-8")
         boxes = alike_boxes(int(drawn[1]), request.boxes)
     settings: dict[str, Any] = {one: value for one in _AS_ASKED if (value := getattr(request, one)) is not None}
-    each = {one: settings[one] * len(boxes) for one in ("trials", "strategy_trials") if one in settings}
+    settings |= {one: settings[one] * len(boxes) for one in ("trials", "strategy_trials") if one in settings}
     settings |= {
         "name": request.study if request.name is None else request.name,
         "agents": tuple(agents),
@@ -327,9 +327,9 @@ def _planned(request: StudyOptions, agents: Sequence[str], conditions: Sequence[
         "until": request.until and Until.parse(request.until),
     }
     try:
-        planned = Study(**(settings | each | more))
+        planned = Study(**settings, **more)
     except ValidationError as error:
-        raise refused(error, settings | each) from None
+        raise refused(error, settings) from None
     allow(*planned.plants)
     return planned
 
