@@ -202,7 +202,10 @@ def test_a_box_is_a_name_a_path_or_an_object_that_a_directory_can_hold(tmp_path)
     locked = {name: ({"b": True},) for name in "t"} | {"b": ({"t": True},)}
     joints = tuple(lockprobe.Joint(name=name, kind="prismatic") for name in "tb")
     two = lockprobe.Lockbox(name="two", joints=joints, interlock={}, initial=(False, False), target="t")
-    for bad, why in (({"name": "my box"}, "that a file can hold .*name: expected a name"), ({"interlock": locked}, "can be played .unsolvable")):
+    for bad, why in (
+        ({"name": "my box"}, "that a file can hold .*name: expected a name"),
+        ({"interlock": locked}, "can be played .unsolvable"),
+    ):
         with pytest.raises(BadValue, match=f"^box: got .*{why}"):
             study(box=replace(two, **bad), **TINY)
 

@@ -106,37 +106,30 @@ def play_study(
             progress.tell("decided", *lines, message=lines[0], answers=answers)
         if planned.size == planned.invited and not journal.trials:
             return  # people have yet to be invited
-        _tell_results(journal, progress, report=report)
+        facts, path = dict[str, object](), None
+        if journal.trials:
+            there, finished = journal.study, done_of(journal)
+            records = results_hash(there, stored_records(journal.store))
+            whole = planned_now(there, load(directory) if there.until else ())
+            so_far = "" if finished == whole else f" so far, {finished} of {whole} trials"
+            progress.say(f"Results: {records} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)")
+            facts = {"settings_hash": there.settings_hash, "results_hash": records}
+        if not report:
+            lines = [f"No report, as asked; lockprobe report {directory} writes it"]
+        elif not journal.trials:
+            lines = ["No report: no trial has ended"]
+        else:
+            page, (lines, found) = write(directory)
+            facts, path = facts | found, str(page)
+        progress.tell("report", *progress.spent(), *lines, path=path, **facts, **progress.cost())
         valid = not journal.trials or any(trial.ending != "error" for trial in journal.trials.values())
         owed = 0
         if progress.reached or progress.broken or progress.abandoned:
             plans = next_plans(planned, journal)
             owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in plans(agent))
         status = progress.end(owed, planned.size - planned.invited) or (0 if valid else BROKE)
-        if status and not journal.trials:
+        if status:
             raise typer.Exit(status)
-    if status:
-        raise typer.Exit(status)
-
-
-def _tell_results(journal: Journal, progress: Progress, *, report: bool) -> None:
-    """Tell the hash of the records, write the report, and tell what it has cost and found."""
-    directory, facts, path = journal.directory, dict[str, object](), None
-    if journal.trials:
-        there, finished = journal.study, done_of(journal)
-        records = results_hash(there, stored_records(journal.store))
-        planned = planned_now(there, load(directory) if there.until else ())
-        so_far = "" if finished == planned else f" so far, {finished} of {planned} trials"
-        progress.say(f"Results: {records} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)")
-        facts = {"settings_hash": there.settings_hash, "results_hash": records}
-    if not report:
-        lines = [f"No report, as asked; lockprobe report {directory} writes it"]
-    elif not journal.trials and progress.reached:
-        lines = ["No report: no trial has ended"]
-    else:
-        page, (lines, found) = write(directory)
-        facts, path = facts | found, str(page)
-    progress.tell("report", *progress.spent(), *lines, path=path, **facts, **progress.cost())
 
 
 def done_of(journal: Journal, study: Study | None = None) -> int:
