@@ -32,12 +32,6 @@ def test_empty_lines_are_skipped_and_only_line_ends_end_them():
     assert [row["n"] for row in rows(stdin=text)] == [6, 4, 4, 2]
 
 
-def test_actions_do_not_steer_the_terminal():
-    line = json.dumps(["\x1b[31m", "\u202eX", "é"] * 2)
-    assert loops(stdin=line).stdout.endswith(": ?[31m ?X é at 0+3, 3+3\n")
-    assert rows(stdin=line)[0]["words"] == [["\x1b[31m", "\u202eX", "é"]]
-
-
 def test_the_level_of_a_length():
     found = json.loads(chance("--length", 10, "--null", "no-repeat", "--json").output)
     assert found == {"probability": chance_level(10, null="no-repeat").probability, "method": "exact", "error": 0.0}
@@ -68,11 +62,9 @@ def test_what_cannot_be_read_is_refused(words, stdin, said):
         (", ,", []),
         ("-1 +1 A'", ["-1", "+1", "A'"]),
         ("äöß", ["ä", "ö", "ß"]),
-        ("[0, 1, 10]", ["0", "1", "10"]),
-        ('["slider 1", "->", ","]', ["slider 1", "->", ","]),
         *((line, None) for line in (
             "A-B-C", "A/B", "A.B", "A_B", "A>B", "A - B", "(A B)", "A; B", "A->B", '"A B A"', "trial 1: A", "1. A 2. B",
-            "[A, B]", '["A"', '[["A"]]', '["A", 1]', "[true]", "[0.5]", '{"a": ["A"]}', "[" * 100_000,
+            "[A, B]", '["A", "B"]', "[" * 100_000,
         )),
     ],
 )  # fmt: skip

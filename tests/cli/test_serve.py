@@ -119,7 +119,6 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
     [
         ((), "study: got None"),
         (("",), "study: got ''"),
-        (("flips", "--out", ""), "out: got '', expected a directory"),
         (("flips", "--p", "2"), "p"),
         (("flips", "--texts", "xx"), "no language is called 'xx'"),
         (("flips", "--texts", "none.toml"), "cannot be read"),

@@ -8,7 +8,7 @@ import gc
 import io
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -152,7 +152,7 @@ def _run_command() -> int | None:
         status = app(standalone_mode=False)
         return status if isinstance(status, int) else None
     except UserMistake as mistake:
-        return _complain(str(mistake), mistake.to_copy)
+        return _complain(str(mistake))
     except TyperException as mistake:
         said = getattr(mistake, "format_message", mistake.__str__)()
         if said.startswith("Usage: "):  # no command is named
@@ -186,10 +186,9 @@ def _error_text(message: str, asked: str) -> str:
     return f"{head}{colon}{plain(rest)}"
 
 
-def _complain(message: str, to_copy: Sequence[str] = ()) -> int:
+def _complain(message: str) -> int:
     if message:
         from lockprobe.foundation.terminal_text import printable
 
-        for line in ("lockprobe: " + " ".join(message.split()), *to_copy):
-            print(printable(line), file=sys.stderr)
+        print(printable("lockprobe: " + " ".join(message.split())), file=sys.stderr)
     return 2

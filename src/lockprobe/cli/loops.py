@@ -13,14 +13,11 @@ import typer
 from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops import Solver, cover
 
 
 def loops(
-    file: Annotated[
-        str, typer.Argument(metavar="[FILE|-]", help="One action sequence per line, also as a JSON array.")
-    ] = "-",
+    file: Annotated[str, typer.Argument(metavar="[FILE|-]", help="One action sequence per line.")] = "-",
     json: options.AsJson = False,
     solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
 ) -> None:
@@ -43,7 +40,7 @@ def loops(
         elif not found.any_loop:
             print(f"{found.n} actions: no loop")
         else:
-            words = printable(", ".join(" ".join(map(str, word)) for word in found.words))
+            words = ", ".join(" ".join(map(str, word)) for word in found.words)
             places = ", ".join(f"{start}+{length}" for start, length in found.intervals)
             print(f"{found.n} actions: {found.covered} in loops ({found.share:.0%}): {words} at {places}")
 
@@ -71,22 +68,14 @@ _ACTION = re.compile(r"[+-]?[^\W_][\w'+-]*")
 
 
 def parse_sequence(line: str) -> tuple[str, ...]:
-    """One trial: a JSON array of names or whole numbers, or actions with blanks or commas between them.
+    """One trial: actions with blanks or commas between them.
 
     A line without either has one action per character: ``ABCABC`` is six (and ``slider1`` seven: write ``slider1,`` for
     a trial of that one action). A line is refused if punctuation would be an action or part of one.
     """
     text = line.strip()
-    if text.startswith("["):
-        try:
-            found = json_.loads(text)
-        except (ValueError, RecursionError):
-            found = [None]
-        if {*map(type, found)} in ({str}, {int}, set()):
-            return tuple(map(str, found))
-    else:
-        found = [part for part in re.split(r"[\s,]+", text) if part] if re.search(r"[\s,]", text) else [*text]
-        if all(map(_ACTION.fullmatch, found)):
-            return tuple(found)
-    expected = 'actions with blanks or commas between them, or a JSON array such as ["A", "B"]'
-    raise BadValue("sequence", text if len(text) <= 40 else f"{text[:39]}…", expected)
+    found = [part for part in re.split(r"[\s,]+", text) if part] if re.search(r"[\s,]", text) else [*text]
+    if all(map(_ACTION.fullmatch, found)):
+        return tuple(found)
+    shown = text if len(text) <= 40 else f"{text[:39]}…"
+    raise BadValue("sequence", shown, "actions with blanks or commas between them")

@@ -32,13 +32,7 @@ class LockprobeError(Exception):
 
 
 class UserMistake(LockprobeError):
-    """A mistake that the user can correct. It is printed as one line, without a traceback and without secrets.
-
-    Attributes:
-        to_copy: Lines to copy into a file, printed below the message.
-    """
-
-    to_copy: tuple[str, ...] = ()
+    """A mistake that the user can correct. It is printed as one line, without a traceback and without secrets."""
 
     def __init__(self, message: str) -> None:
         said = printable(" ".join(without_keys(message).split()))

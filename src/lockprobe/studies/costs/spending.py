@@ -14,7 +14,7 @@ from operator import add
 from typing import Any, Self
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines, price_of
+from lockprobe.agents.llm.model_facts import Price, price_of
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.foundation.spec import Spec
 from lockprobe.studies.study import Study
@@ -134,11 +134,8 @@ class Budget:
         self._lost: dict[str, float] = {}
         for agent in hosted(study):
             if (price := agent_price(agent)) is None:
-                copied = f"put these lines with its price into a file of your own and set {OWN_FACTS}=FILE.toml:"
-                expected = f"no budget with {agent}, whose price is not known; {copied}"
-                refusal = BadValue("budget", f"{allowed:g}", expected)
-                refusal.to_copy = price_lines(Spec.parse(agent).name)
-                raise refusal
+                expected = f"none with {agent}, whose price is not known; --estimate prints what gives it one"
+                raise BadValue("budget", f"{allowed:g}", expected)
             self._prices[agent] = price
 
     def reserve(self, call: Call, spent: float) -> bool:
