@@ -2,8 +2,9 @@
 
 import inspect
 import json
+import sys
 from dataclasses import replace
-from importlib import import_module
+from importlib import import_module, invalidate_caches
 from itertools import combinations
 from shutil import rmtree
 
@@ -17,7 +18,7 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.boxes.boxfile import toml_of
 from lockprobe.boxes.families import ALIKE, box
 from lockprobe.boxes.solve import optimum
-from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged, UnknownName, UserMistake
 from lockprobe.interventions.asked_and_done import Tremble
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.flip import misread_rates, rates_of
@@ -471,13 +472,42 @@ def test_what_a_trial_cannot_be_asked_is_one_line(asked, kind, message):
     assert "\n" not in str(mistake.value)
 
 
-def test_an_agent_is_also_a_class_as_in_a_notebook(tmp_path, monkeypatch):
-    text = "from lockprobe import Decision\nclass First:\n    facts = {}\n    async def decide(self, situation, rng):\n"
-    (tmp_path / "my_own.py").write_text(f"{text}        return Decision(joint=situation.task.joints[0])\n", "utf-8")
+OWN = """
+from lockprobe import Decision
+class First:
+    facts = {}
+    async def decide(self, situation, rng):
+        return Decision(joint=situation.task.joints[%s])
+"""
+
+
+@pytest.fixture
+def written(tmp_path, monkeypatch):
+    """A class of one's own in a module, which chooses this joint."""
     monkeypatch.syspath_prepend(tmp_path)
-    first, asked = import_module("my_own").First, {"p": [0], "trials": 1}
+
+    def write(joint):
+        sys.modules.pop("my_own", None)
+        (tmp_path / "my_own.py").write_text(OWN % joint, "utf-8")
+        invalidate_caches()
+        return import_module("my_own").First
+
+    return write
+
+
+def test_an_agent_is_also_a_class_as_in_a_notebook(written):
+    first, asked = written(0), {"p": [0], "trials": 1}
     assert study(agent=[first, "random"], **asked).agents == ("python:my_own:First", "random")
     assert study(agent=first, **asked) == study(agent="python:my_own:First", **asked)
     assert study(agent={"mine": first, "r": "random"}, **asked).labels == ("mine", "r")
     one, same = (run_trial(agent=agent, seed=1) for agent in (first, first()))
     assert (one.actions, one.ending) == (same.actions, same.ending) != ((), "error")
+
+
+def test_a_class_that_was_changed_does_not_play_on_where_it_began(tmp_path, written):
+    def play(joint, trials):
+        return run_study(study(agent=written(joint), p=[0], trials=trials, repetitions=1), tmp_path / "d")
+
+    assert [len(play("0", trials)) for trials in (1, 2)] == [1, 2]
+    with pytest.raises(SettingsChanged, match="python:my_own:First, source is '.*' there, '.*' asked"):
+        play("1", 3)
