@@ -74,7 +74,6 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
         make=make,
         check=check,
         picture_size=size,
-        renderer=renderer,
         options={name: in_words(value) for name, value in known.items() if name not in _FILES},
         doses=tuple(name for name, value in known.items() if type(value) in (int, float) and name not in _SIZES),
     )

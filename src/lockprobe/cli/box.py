@@ -27,7 +27,6 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
-Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]
 
 _PLANS, _SAID = 100, 6
 """The most plans that JSON lists, and words."""
@@ -88,7 +87,7 @@ def list_boxes(json: options.AsJson = False) -> None:
 
 @app.command("show")
 def show(
-    name: Name = DEFAULT_BOX,
+    name: Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)] = DEFAULT_BOX,
     out: Annotated[
         Path | None,
         typer.Option(

@@ -27,8 +27,6 @@ STUDIES = "Simulated studies of each kind."
 _ALLOW = "Code of yours that the directory names, as python:MODULE:NAME; it runs only if named; may be repeated (none)."
 _BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."
 _CLUSTER = "A Ray cluster on whose processors agents and plants that ship are played; see docs/cluster.md (none)."
-_ESTIMATE = "Only estimate the cost; call no model and write nothing."
-_RETRIES = "How often a request without an answer is made again."
 
 
 def with_brackets(text: str, here: str) -> str:
@@ -47,10 +45,9 @@ Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 ClusterAt = Annotated[str | None, typer.Option("--cluster", metavar="auto|HOST:PORT", help=_CLUSTER)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
-EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help=with_brackets(OUT, "lockprobe-runs/STUDY-HASH"))]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")]
-Retries = Annotated[int, typer.Option(help=_RETRIES)]
+Retries = Annotated[int, typer.Option(help="How often a request without an answer is made again.")]
 Seed = Annotated[int, typer.Option(min=0, help=SEED)]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core, at most 8).")]

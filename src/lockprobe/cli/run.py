@@ -18,9 +18,11 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.study_options import Name, with_study_options
+from lockprobe.foundation.formatting import listed
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.study_options import read_options
 
+_ESTIMATE = "Only estimate the cost; call no model and write nothing."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
@@ -48,7 +50,7 @@ def run(
     retries: options.Retries = 6,
     budget: options.Budget = None,
     allow: options.Allow = None,
-    estimate: options.EstimateOnly = False,
+    estimate: Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)] = False,
     report: Annotated[bool, typer.Option(help=_REPORT)] = True,
     json: options.AsJson = False,
 ) -> None:

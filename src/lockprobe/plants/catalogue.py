@@ -66,7 +66,6 @@ class PlantSource:
         make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
         check: Checks whether ``make`` works on this machine for a box; raises the same errors.
         picture_size: Width and height of simulated pictures, pixels; None if no camera is simulated.
-        renderer: The name of the renderer of simulated pictures on this machine.
         make_filmed: Builds it for a film of its moving arm; None if there is nothing to film.
         photographs: Whether a real camera takes its pictures, on which labels are painted, the same in every trial.
         has_arm: Whether an arm acts on the box, whose verdict on every attempt is ``sensed["verdict"]``.
@@ -84,7 +83,6 @@ class PlantSource:
     make: Make
     check: Callable[[Lockbox], None] = lambda box: None
     picture_size: tuple[int, int] | None = None
-    renderer: Callable[[], str] = lambda: ""
     make_filmed: MakeFilmed | None = None
     photographs: bool = False
     has_arm: bool = False
