@@ -64,18 +64,6 @@ def estimate_lines(found: Estimate) -> list[str]:
     return [*lines, f"  about {span(*map(money, paid))}; prices of {found.price.date}"]
 
 
-def estimate_facts(found: Estimate) -> dict[str, object]:
-    """The estimated cost of an agent's trials, for JSON."""
-    sides = {
-        side: asdict(usage) | {"dollars": dollars}
-        for side, usage, dollars in zip(
-            ("low", "high"), (found.low, found.high), found.dollars() or (None, None), strict=True
-        )
-    }
-    price = None if found.price is None else asdict(found.price)
-    return {"agent": found.called, "trials": found.trials, **sides, "price": price}
-
-
 def settings_line(found: str) -> str:
     """The hash of the settings, as it is said before the first trial."""
     return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
@@ -91,7 +79,7 @@ def print_estimates(study: Study, directory: Path, *, json: bool) -> None:
 
     found = estimates(study, done)
     if json:
-        print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
+        print(json_.dumps({"estimate": [one.facts() for one in found]}))
         return
     print(settings_line(study.settings_hash), file=sys.stderr)
     for one in found:

@@ -65,10 +65,7 @@ def play(asked: Mapping[str, Any]) -> None:
         trial, _ = loop.run_until_complete(play_timed(plan, Person(plan.box, plan.names.labels)))
     except Left as left:
         say(str(left))
-        if left.args[0] != _STOPPED:
-            say(f"To go on, play again with --seed {seed} and one letter more than before.")
-            raise typer.Exit(1) from None
-        return
+        raise typer.Exit(left.args[0] != _STOPPED) from None
     finally:
         loop.close()
     for line in _truth(trial, plan.box):

@@ -24,7 +24,6 @@ from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import (
-    estimate_facts,
     estimate_lines,
     in_boundaries,
     money,
@@ -257,7 +256,7 @@ class Progress(Observer):
             lasts = self._budget.allowed - spent >= sum((one.dollars() or (0.0, 0.0))[1] for one in found)
             doubt = "" if lasts else "; it may not last: the study then stops, and goes on with a larger one"
             lines.append(f"Budget: {money(self._budget.allowed)}{before}{doubt}")
-        self.tell("estimate", *lines, agents=[estimate_facts(one) for one in found], **limit)
+        self.tell("estimate", *lines, agents=[one.facts() for one in found], **limit)
 
     def agent(self, source: AgentSource, owed: int) -> None:
         """Tell that an agent's turn comes; trials of an earlier run count, but not for the time that is left."""

@@ -11,7 +11,7 @@ import asyncio
 import json
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from math import ceil
 from typing import TYPE_CHECKING, ClassVar
 
@@ -85,6 +85,10 @@ class Estimate:
     def dollars(self) -> tuple[float, float] | None:
         """The cost from low to high in US dollars, if the provider keeps no prefix; None if the price is not known."""
         return None if self.price is None else (self.price.of(self.low), self.price.of(self.high))
+
+    def facts(self) -> dict[str, object]:
+        """All of it, for JSON."""
+        return asdict(self) | {"dollars": self.dollars()}
 
 
 def estimates(study: Study, done: Mapping[str, OnRecord]) -> list[Estimate]:
