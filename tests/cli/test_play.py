@@ -1,13 +1,9 @@
 """A trial in the terminal: lines from a pipe, keys on a terminal of its own."""
 
-import os
-import pty
+import io
 import re
-import select
-import termios
-import time
+from contextlib import redirect_stdout
 
-import forked
 import pytest
 from typed import in_process
 from typer.testing import CliRunner
@@ -110,57 +106,36 @@ def test_a_mistake_is_said_in_one_line():
             play(*arguments)
 
 
-class Terminal:
-    """The command on a terminal of its own."""
+@pytest.fixture
+def terminal(monkeypatch):
+    """Plays with these keys, as they are pressed on a terminal: a character each, and an error for the end of input."""
 
-    def __init__(self, *arguments, **settings):
-        self.ours, theirs = pty.openpty()
-        self.before = termios.tcgetattr(theirs)
-        self._theirs = theirs  # kept open: so that what it was set to can be read afterwards
-        self.process = forked.start(
-            ["play", "--seed", SEED, *arguments],
-            stdin=theirs, stdout=theirs, stderr=theirs, env=os.environ | {"TERM": "xterm"} | settings, start_new_session=True,
-        )  # fmt: skip
-        self.shown = ""
+    def press(keys):
+        pressed = iter(keys)
 
-    def until(self, text):
-        seen = len(self.shown)
-        while text not in self.shown[seen:]:
-            assert select.select([self.ours], [], [], 20)[0], self.shown
-            self.shown += os.read(self.ours, 65536).decode()
-        return self.shown
+        def next_key():
+            if isinstance(key := next(pressed), type):
+                raise key
+            return key
 
-    def press(self, keys):
-        time.sleep(0.05)  # a person presses after the question is shown
-        os.write(self.ours, keys.encode())
+        monkeypatch.setattr("lockprobe.cli.play.typer.getchar", next_key)
+        monkeypatch.setattr("sys.stdin", Terminal())
+        shown = io.StringIO()
+        with redirect_stdout(shown):
+            status = build(["play"])(["play", "--seed", str(SEED), "--p", "0.2"], standalone_mode=False)
+        return status, shown.getvalue()
 
-    def end(self):
-        status = self.process.wait(20)
-        while select.select([self.ours], [], [], 0)[0]:
-            self.shown += os.read(self.ours, 65536).decode()
-        assert termios.tcgetattr(self._theirs) == self.before
-        os.close(self._theirs)
-        os.close(self.ours)
-        return status
+    return press
 
 
-def test_a_press_is_enough_on_a_terminal():
-    terminal = Terminal("--assessment", "--p", "0.2")
-    for step in HUMAN.steps:
-        if step.decision.claimed is not None:
-            terminal.until("last action do?")
-            terminal.press(CLAIMS[step.decision.claimed])
-        terminal.until("Which joint?")
-        terminal.press(step.decision.joint.lower())
-    terminal.until("Blind choices")
-    assert terminal.end() == 0
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
 
 
-@pytest.mark.parametrize(("key", "status"), [("\x03", 130), ("\x04", 1)])
-def test_ctrl_c_and_ctrl_d_end_it_and_leave_the_terminal_as_it_was(key, status):
-    terminal = Terminal()
-    terminal.until("Which joint?")
-    terminal.press("\x1b[A")  # an arrow is no choice
-    terminal.until("q to stop.\r\nWhich joint?")
-    terminal.press(key)
-    assert terminal.end() == status
+def test_a_press_is_enough_on_a_terminal(terminal):
+    trial = run_trial(agent="human-inspired", p=0.2, seed=SEED, assessment=False)
+    _, shown = terminal(["\x1b[A", *(step.decision.joint.lower() for step in trial.steps)])  # an arrow is no choice
+    assert f"You opened the box in {len(trial.steps)} steps." in shown
+    assert shown.count("Unknown key") == 1
+    assert [terminal([end])[0] for end in (EOFError, KeyboardInterrupt)] == [1, 130]

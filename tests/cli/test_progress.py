@@ -1,6 +1,5 @@
 """How a run goes and what it costs: what is counted, what people read in lines, and what programs read."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -62,17 +61,6 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
     spent = f"${total(spent_by_agent(read_calls(tmp_path)).values()).dollars:.2g} spent, 6 retries"
     assert spent in progress.line()
     assert progress.spent() == [f"All calls: {spent}"]
-
-
-def test_trials_of_people_are_not_among_those_that_a_run_has_done(tmp_path, capsys):
-    mixed = study("flips", agent=["participant", "random"], box="chain-4", trials=2, p=[0], repetitions=1)
-    played = [make_trial(SOLUTION, trial=1), make_trial(SOLUTION, agent="participant:aaaa", trial=1)]
-    with Journal.open(write_study(tmp_path / "s", mixed, played), mixed) as journal:
-        Progress(mixed, journal).begin(mixed, journal, 1)
-        assert "1 of 2 trials are done already; 1 are owed" in capsys.readouterr().out
-        Progress(mixed, journal, json=True).begin(mixed, journal, 1)
-    begun = json.loads(capsys.readouterr().out)
-    assert (begun["trials"], begun["done"], begun["owed"]) == (2, 1, 1)
 
 
 COST_PAGE = Path(__file__).parents[2] / "docs" / "cost.md"
