@@ -187,6 +187,11 @@ def test_who_sees_places_learns_nothing_from_them(layout, asked):
     assert study(asked.get("study", "flips"), **asked).layout == layout
 
 
+def test_labels_are_drawn_in_every_trial_but_those_that_are_painted_on_a_real_box():
+    plants = ("fast-twin", "manual", "manual?camera=0")
+    assert [study("modalities", agent="viewer", plant=one).shuffle for one in plants] == ["trial", "trial", "never"]
+
+
 def test_a_box_is_a_name_a_path_or_an_object_that_a_directory_can_hold(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(toml_of(box("fork")), "utf-8")

@@ -486,13 +486,12 @@ def _check_names(study: Study) -> None:
 
 def _check_conditions(study: Study) -> None:
     """Refuse unknown labels, doses to which no curve can be fitted, and what people cannot play."""
-    asked = {"condition that strategies alone play": study.strategy_conditions}
-    asked |= {f"condition of the contrast {name}": (*one.of, *one.minus) for name, one in study.contrasts.items()}
-    for what, labels in asked.items():
+    for name, contrast in study.contrasts.items():
+        labels = (*contrast.of, *contrast.minus)
         for label in labels:
-            study.labelled(label, what)
+            study.labelled(label, f"condition of the contrast {name}")
         if len({*labels}) < len(labels):
-            raise BadValue(what, labels, "every one once, and on one side alone")
+            raise BadValue(f"condition of the contrast {name}", labels, "every one once, and on one side alone")
     for one in study.conditions:
         # fits square a dose, and must not lose it
         if unfit := {name: dose for name, dose in one.doses.items() if not 1e-9 <= abs(dose) <= 1e9}:
