@@ -2,7 +2,6 @@
 
 import json
 import re
-from contextlib import contextmanager
 
 import pytest
 from browser import CHEAP, CHROMIUM, needs_a_browser
@@ -65,11 +64,16 @@ def test_broken_trials_are_left_out_people_are_numbered_and_no_text_of_an_agent_
     assert "\u202e" not in data[1]["words"][0]
 
 
-@contextmanager
-def opened(directory):
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
     """The report of a study in a browser, on a phone; while it is open nothing else can be played."""
     from playwright.sync_api import sync_playwright
 
+    trials = play_study(small_study(["human-inspired"], (0.0, 0.4), 1, 6))
+    evil = [make_trial(([0, 1, 2] * 7)[:20], p=p, hypothesis=ATTACK, agent="llm:evil/<b>x</b>") for p in (0.0, 0.4)]
+    planned = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
+    directory = write_study(tmp_path_factory.mktemp("study") / "out", planned, [*trials, *evil])
+    write_report(directory)
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
         tab = chromium.new_page(viewport={"width": 390, "height": 844})
@@ -79,17 +83,6 @@ def opened(directory):
         tab.goto(f"file://{directory}/report.html")
         yield tab
         chromium.close()
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    trials = play_study(small_study(["human-inspired"], (0.0, 0.4), 1, 6))
-    evil = [make_trial(([0, 1, 2] * 7)[:20], p=p, hypothesis=ATTACK, agent="llm:evil/<b>x</b>") for p in (0.0, 0.4)]
-    planned = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
-    directory = write_study(tmp_path_factory.mktemp("study") / "out", planned, [*trials, *evil])
-    write_report(directory)
-    with opened(directory) as tab:
-        yield tab
 
 
 WORDS = """(() => {

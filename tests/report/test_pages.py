@@ -19,12 +19,7 @@ MANY = {
 }
 
 
-def many_agents(modal):
-    """A study of flip rates, readings of false reports, another dose and other conditions."""
-    return study("flips", agent=AGENTS, trials=5, repetitions=1, **MANY), None
-
-
-def a_subject(modal):
+def a_subject():
     """An agent whose success rises, beside one that is blind, with a trial that broke."""
     rises = {0.0: 2, 0.3: 7, 0.6: 9}
     trials = [
@@ -39,19 +34,21 @@ def a_subject(modal):
     ]
 
 
-def people(modal):
+def people():
     planned = small_study(("participant", "round-robin"), (0.0, 0.4), 1, 6)
     return planned, [*played_by_people(planned, 2), *play_study(small_study(("round-robin",), planned.p, 1, 6))]
 
 
-def modalities(modal):
-    return modality_study(), modal
-
-
-@pytest.fixture(scope="module", params=[many_agents, a_subject, people, modalities])
+@pytest.fixture(scope="module", params=["many conditions", "a subject", "people", "modalities"])
 def written(request, tmp_path_factory, modal):
     """The results of a study and its page."""
-    directory = write_study(tmp_path_factory.mktemp("pages") / "study", *request.param(modal))
+    planned = {
+        "many conditions": lambda: (study("flips", agent=AGENTS, trials=5, repetitions=1, **MANY), None),
+        "a subject": a_subject,
+        "people": people,
+        "modalities": lambda: (modality_study(), modal),
+    }[request.param]()
+    directory = write_study(tmp_path_factory.mktemp("pages") / "study", *planned)
     write_report(directory)
     found = Results.model_validate_json((directory / "results.json").read_bytes())
     return found, (directory / "report.html").read_text("utf-8")

@@ -388,20 +388,19 @@ def renamed(record, arm, **place):
     record["key"] = str(ForkName(**record["fork"]))
 
 
-FORK_EDITS = {
-    "told": lambda of: of["steps"][3].update(told="Nothing."),
-    "of no trial": lambda of: renamed(of, of["fork"]["arm"], trial=9),
-    "another arm": lambda of: renamed(of, {"truth": "lie", "lie": "truth"}[of["fork"]["arm"]]),
-    "an arm that is not there": lambda of: renamed(of, {"truth": "force=nothing", "lie": "hint"}[of["fork"]["arm"]]),
-}
-
-
-@pytest.mark.parametrize("name", FORK_EDITS)
-def test_an_edited_fork_is_found(played, tmp_path, name):
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda forks: forks[0]["steps"][3].update(told="Nothing."),
+        lambda forks: renamed(forks[0], forks[0]["fork"]["arm"], trial=9),
+        lambda forks: renamed(forks[0], "hint"),
+        lambda forks: [renamed(of, {"truth": "lie", "lie": "truth"}[of["fork"]["arm"]]) for of in forks],
+    ],
+)
+def test_an_edited_fork_is_found(played, tmp_path, edit):
     directory = played("forked", tmp_path / "out")
     files = Evidence(directory / FORKS)
-    for record in files.records if name == "another arm" else files.records[:1]:
-        FORK_EDITS[name](record)
+    edit(files.records)
     files.save()
     assert failing(directory).keys() & {"forks", "records"}  # a trial that the study has not is refused when it is read
 

@@ -101,8 +101,9 @@ def test_few_people_are_not_tested_and_one_has_no_interval():
     assert few.p_value is None
     assert few.low is not None
     assert 0 < enough.p_value < 0.05
-    one = same(FEWEST, np.zeros(FEWEST))
+    one, two = (same(FEWEST, np.arange(FEWEST) % people) for people in (1, 2))
     assert (one.low, one.high, one.p_value) == (None, None, None)
+    assert (two.low, two.high, two.p_value) == (-1, 1, None)
 
 
 def exchanged_over_doses(rng):

@@ -172,9 +172,9 @@ def block_mean(differences: Array, *, unit: float = 1.0, choices: int = 1, rare:
     n, pairs = len(sizes), int(sizes.sum())
     if not n:
         return Difference(value=math.nan, n=0, clusters=0)
-    value = float(sums.sum()) / pairs
-    spread = n / (n - 1) * float(np.sum((sums - value * sizes) ** 2)) if n > 1 else 0.0
-    more = _more(spread, float(sizes.max()), pairs, unit, rare, small=n / max(1, n - 1))
+    value, small = float(sums.sum()) / pairs, n / max(1, n - 1)
+    spread = small * float(np.sum((sums - value * sizes) ** 2))
+    more = _more(spread, float(sizes.max()), pairs, unit, rare, small)
     found = Difference(value=value, n=pairs, clusters=n)
     found = student(found, spread / pairs**2, n, more=more, most=unit, choices=choices, fewest=FEWEST)
     first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
@@ -235,7 +235,9 @@ def two_way(
     sizes = [np.unique(of, return_counts=True)[1] for of in (luck, person)]
     found = Difference(value=value, n=pairs, clusters=len(sizes[0]))
     fewest, widest = min(map(len, sizes)), float(max(of.max() for of in sizes))
-    spread = clustered_variance(residuals, luck, person) if fewest > 1 else 0.0
+    if fewest < 2:
+        return found
+    spread = clustered_variance(residuals, luck, person)
     more = _more(spread, widest, pairs, unit, rare)
     return student(found, spread / pairs**2, fewest, more=more, most=most, choices=choices, fewest=FEWEST)
 
