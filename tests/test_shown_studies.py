@@ -10,10 +10,8 @@ import pytest
 from placeholders import undrawn
 from provider_server import here
 from typed import in_process
-from typer.testing import CliRunner
 
 import lockprobe
-from lockprobe.cli import build
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import p_value
 from lockprobe.report.format import entry_text
@@ -75,7 +73,7 @@ def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
 def test_the_trial_that_is_watched(tmp_path):
     (wanted,) = re.findall(r"replay first '(.*?)'$", (DOCS / "start.md").read_text("utf-8"), re.MULTILINE)
     lockprobe.run_study(study("flips", agent=FIRST, p=[0.4], trials=10, repetitions=1), tmp_path / "first")
-    printed = CliRunner().invoke(build(["replay"]), ["replay", str(tmp_path / "first"), wanted]).output
+    printed = in_process("replay", tmp_path / "first", wanted).output
     (shown,) = blocks("start.md", "text")
     assert shown.splitlines() == [line.rstrip() for line in printed.splitlines()[1:5]]
     steps = re.search(r"solved after (\d+) steps", printed)[1]
@@ -96,8 +94,7 @@ def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
 def test_one_lie_at_the_end_of_a_loop(tmp_path):
     record = tmp_path / "record"
     lockprobe.run_study(study("flips", agent="cognitive:loop-breaker", p=(0,), trials=20), record)
-    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth"]
-    printed = CliRunner().invoke(build(["branch"]), asked).output
+    printed = in_process("branch", record, "--at", "onset", "--told", "truth,lie,lie-truth").output
     rows = re.findall(r"onset +\S+ +(\d+) % +\+(\d+) \[(\S+), (\S+)\] .* (\d+)$", printed, re.MULTILINE)
     (truth, lie, low, high, n), (_, back, back_low, back_high, _) = rows
     assert (

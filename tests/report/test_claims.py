@@ -7,11 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, modality_study, small_study, write_study
-from clumsy import CLUMSY
 from reported import found_in, tables_of
 
-from lockprobe.report.page import Page
-from lockprobe.report.questions.claims import judged, not_judged, paper_claims
+from lockprobe.report.questions.claims import judged, paper_claims
 from lockprobe.report.results import results
 from lockprobe.statistics.proportions import Z, difference, proportion
 from lockprobe.statistics.published import CORRELATION, LOOPED, SOLVED, TABLE1
@@ -170,13 +168,3 @@ def test_the_order_of_three_modalities(tmp_path, modal, turned, signs):
     (here,) = (said for one in paper_claims() if one.measure == "modality-order" for said in judged(found, one))
     assert (here.agent, here.here.startswith("mean steps ")) == ("viewer", True)
     assert measured(found, "rgb").keys() == measured(found, "rgbd").keys() == {"misinterpretation"}
-
-
-def test_where_the_rules_were_broken_numbers_stay_and_no_claim_is_judged(tmp_path):
-    planned = study("flips", agent=["cognitive:careful"], p=[0, 0.4], trials=3, repetitions=1, seed=2, plant=CLUMSY)
-    clumsy = found_in(tmp_path, planned)
-    assert not_judged(clumsy).endswith("attempts broke the rules of the box.")
-    rows = tables_of(clumsy)["claims"][1:]
-    assert {row[6] for row in rows} == {"not judged", "not measured"}
-    assert {row[7] for row in rows if row[5]} == {not_judged(clumsy)}
-    assert f"<p>{not_judged(clumsy)}</p>" in Page(found=clumsy).text()

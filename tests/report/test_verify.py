@@ -16,12 +16,11 @@ from saboteur import Evidence, flipped, relabelled, reply_of
 from stored import acts, sql
 from taking_part import take_part
 from tool_player import AGENT, Player, calls
-from typer.testing import CliRunner
+from typed import in_process
 
 from lockprobe import run_study, study
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.local import LocalModel
-from lockprobe.cli import build
 from lockprobe.interfaces.mcp import ToolSession
 from lockprobe.report.page import write_report
 from lockprobe.report.verify import NOT_SHOWN, verify
@@ -247,13 +246,8 @@ def faulty(record):
     record["error"] = {"boundary": "model", "message": "no reply within 120 s", "step": record["error"]["step"]}
 
 
-def sent(files, record, number):
-    """A call of a trial as it is stored, by its place among them."""
-    return [call for call in files.calls if call["key"] == record["key"]][number]
-
-
 def one_more_call(files, record):
-    files.calls.append(deepcopy(sent(files, record, -1)))
+    files.calls.append(deepcopy(files.calls_of(record)[-1]))
     files.calls[-1]["reply"] = '{"last_action": "moved", "hypothesis": "", "joint": "A"}'
 
 
@@ -302,7 +296,7 @@ EDITS = {
     "flipped claims with replies": ("sabotaged", decisions(flipped_and_said), "replies", ""),
     "another model": ("sabotaged", each(lambda of: of["facts"].update(model="openai-api/fake/large")), "agents", ""),
     "cheaper calls": ("sabotaged", cheaper, "replies", ""),
-    "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(sent(files, one, -1)), "solved"), "replies", ""),
+    "a call dropped": ("sabotaged", first(lambda files, one: files.calls.remove(files.calls_of(one)[-1]), "solved"), "replies", ""),
     "one more call": ("sabotaged", first(one_more_call, "budget"), "replies", ""),
     "a call of another agent": ("sabotaged", first(lambda files, one: files.calls_of(one)[0].update(agent="random")), "replies", "its calls name no trial on record, or another agent"),
     "trials dropped, number lowered": ("sabotaged", dropped(), "replies", ""),
@@ -464,7 +458,7 @@ def test_an_altered_result_is_named_as_it_is_written_and_as_it_is_computed(repor
 
 def test_the_command_ends_with_one_and_names_what_fails(reported, edited):
     def verified(*more):
-        return CliRunner().invoke(build(["verify"]), ["verify", str(reported), *more])
+        return in_process("verify", reported, *more)
 
     assert verified().exit_code == 0
     edited("results.json", b"{")

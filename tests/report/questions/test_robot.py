@@ -56,7 +56,9 @@ def test_the_answer_counts_them_and_success_is_compared_all_the_same(tmp_path):
         )
         assert found.answer.endswith(broken)
         assert len(found.answer) > len(broken) + 10
-        assert {row[6] for row in tables_of(found)["claims"][1:]} == {"not judged", "not measured"}
+        rows = tables_of(found)["claims"][1:]
+        assert {row[6] for row in rows} == {"not judged", "not measured"}
+        assert {row[7] for row in rows if row[5]} == {not_judged(found)} == {f"No claim is judged:{broken}"}
         assert found.fact("overview", "chance") == ""
     (effect,) = missing.where("success_difference", agent="human-inspired", of="", condition=MISSES)
     assert effect.value < 0
