@@ -22,6 +22,7 @@ initial = "00"
 [[joints]]
 name = "door"
 kind = "revolute"
+place = [0.2, 0.5]
 [[joints]]
 name = "pin"
 kind = "prismatic"
@@ -45,8 +46,17 @@ def written(tmp_path, text):
         ("[{ pin = 1 }]", "[{ pin = 1 }]\npin = [{ door = 1 }]", "unsolvable"),
         ('target = "door"', 'target = "lid"', "target: got 'lid', expected one of door, pin"),
         ('name = "latch"', 'name = "../latch"', "name"),
-        ('kind = "prismatic"', 'kind = "magnetic"', "joints.1.kind"),
-        ('name = "latch"', 'name = "latch"\nrun = "rm"', "run"),
+        (
+            'kind = "prismatic"',
+            'kind = "magnetic"',
+            "joints.1.kind (pin): got 'magnetic', expected 'prismatic' or 'revolute'",
+        ),
+        (
+            'name = "latch"',
+            'name = "latch"\nrun = "rm"',
+            "run: no such key; keys are name, target, initial, joints, interlock",
+        ),
+        ("place = [0.2, 0.5]", "", "place: got none for door, expected one for every joint or for none"),
         ('name = "latch"', "name = ", "not TOML"),
         ("place = [0.8, 0.5]", "place = [nan, 0.5]", "joints.1.place"),
         ("[{ pin = 1 }]", "[{ door = 1 }]", "interlock of door: got 'door', expected positions of other joints"),
@@ -57,8 +67,12 @@ def written(tmp_path, text):
         ("door = [{", "lid = [{", "interlock: got 'lid', expected one of door, pin"),
         ('name = "pin"', 'name = "door"', "joints: got ['door', 'door'], expected every name once"),
         ('initial = "00"', 'initial = "000"', "initial: got '000', expected one position for each of 2 joints"),
-        ('initial = "00"', 'initial = "0x"', "initial: expected a 0 or 1 for each of 2 to 8 joints"),
-        ('kind = "prismatic"', 'kind = "prismatic"\nforce = 9', "joints.1.force"),
+        ('initial = "00"', 'initial = "0x"', "initial: got '0x', expected a 0 or 1 for each of 2 to 8 joints"),
+        (
+            'kind = "prismatic"',
+            'kind = "prismatic"\nforce = 9',
+            "joints.1.force (pin): no such key; keys are name, kind, place",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path, old, new, reason):

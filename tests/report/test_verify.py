@@ -399,6 +399,17 @@ def test_an_edited_fork_is_found(played, tmp_path, edit):
     assert failing(directory).keys() & {"forks", "records"}  # a trial that the study has not is refused when it is read
 
 
+def test_a_trial_whose_file_is_elsewhere_is_not_checked_and_no_failure(played, tmp_path):
+    directory = played("forked", tmp_path / "out")
+    shutil.rmtree(directory / FORKS)
+    files = Evidence(directory)
+    files.settings["plant"] = "twin?digest=0123456789abcdef&model=gate.xml"
+    files.save()
+    checks = {check.name: check for check in verify(directory)}
+    assert checks["luck"].said.endswith("more are not checked: gate.xml is not here")
+    assert (checks["luck"].failed, checks["choices"].failed) == ([], [])
+
+
 # The report.
 
 

@@ -2,18 +2,23 @@
 
 import itertools
 import math
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags
 
-from lockprobe.boxes.box import MAX_JOINTS, Joint
+from lockprobe import run_trial
+from lockprobe.boxes.box import MAX_JOINTS
+from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.families import STRUCTURES, box, generate
 from lockprobe.foundation.errors import BadValue
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
+CHAIN = box("chain-4")
 FEW = ("chain-4", "branched")
 
 
@@ -48,7 +53,11 @@ def test_handles_keep_apart_and_on_the_board(boxes):
 def test_every_named_box_has_a_panel_and_one_without_room_is_refused():
     for name in STRUCTURES:
         assert len(lay_out_panel(box(name)).mounted_joints) == len(box(name).joints) <= MAX_JOINTS
-    crowded = replace(box("chain-4"), joints=tuple(Joint(name=name, kind="revolute") for name in box("chain-4").names))
+    text = (Path(__file__).parents[3] / "docs" / "boxes.md").read_text("utf-8")
+    mine = box_from_data(tomllib.loads(text.split("```toml\n", 1)[1].split("```", 1)[0]))
+    assert [joint.place for joint in mine.joints] == [joint.place for joint in CHAIN.joints]
+    assert run_trial(box=mine, plant="twin", agent="human-inspired", max_steps=2).error is None
+    crowded = replace(CHAIN, joints=tuple(replace(one, place=(i / 20, 0.5)) for i, one in enumerate(CHAIN.joints)))
     with pytest.raises(BadValue, match="places of the joints.*74 mm from middle to middle"):
         lay_out_panel(crowded)
 

@@ -11,11 +11,12 @@ from builders import make_trial, write_study
 from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.mjcf_file import MjcfModel
 from lockprobe_robot.user_model.user_model import UserModel, check_model
-from mjcf_models import EXAMPLES, OWN, exported, one_joint, own_box, written
+from mjcf_models import EXAMPLES, ONE, OWN, exported, one_joint, own_box, written
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 import lockprobe
+from lockprobe.boxes.box import Joint, Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import space_of
 from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
@@ -154,6 +155,19 @@ def test_joints_that_a_box_cannot_have_are_refused(tmp_path, monkeypatch, old, n
     path.write_text(path.read_text("utf-8").replace(old, new), "utf-8")
     assert why in refused(path, one_joint())
     assert list(tmp_path.iterdir()) == [path], "MuJoCo leaves no log of warnings"
+
+
+def test_a_lock_that_gives_too_far_is_to_be_closed(tmp_path):
+    pin = ONE.split("<body>")[1].split("{inside}")[0].replace("bolt", "pin")
+    stop = '<geom type="box" size=".01 .1 .1" pos=".08 0 0"/>'
+    path = written(tmp_path, outside=f'{stop}<body pos="0 1 0">{pin}</body>')
+    joints = tuple(Joint(name=name, kind="prismatic") for name in ("bolt", "pin"))
+    lock = {"bolt": ({"pin": True},)}
+    two = Lockbox(name="two", joints=joints, interlock=lock, initial=(False, False), target="bolt")
+    said = (
+        "the rules lock it, and bolt moves 50% of its travel before something holds it (bolt 0.50, pin 0.00): close the"
+    )
+    assert said in refused(path, two)
 
 
 def test_a_push_leads_from_end_to_end_wherever_the_range_lies_if_it_is_strong_enough(tmp_path):

@@ -7,7 +7,7 @@ happens (paper, Sec. 2.1). The real box's interlock is not public, so a box is d
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from lockprobe.foundation.errors import BadValue
@@ -39,7 +39,8 @@ def bits(configuration: Configuration) -> str:
 class Joint:
     """One moving part on the panel, which slides or turns. The agent never sees its name.
 
-    ``place`` is in panel widths from the left and panel heights from below, [0, 1].
+    ``place`` is in panel widths from the left and panel heights from below, [0, 1]. Joints that all lie at one place are laid
+    in a row by their box.
     """
 
     name: str
@@ -81,6 +82,10 @@ class Lockbox:
             for clauses in (self.interlock.get(name, ({},)) for name in names)
         )
         object.__setattr__(self, "_rules", tuple(rules))
+        if len({joint.place for joint in self.joints}) == 1:  # nobody has said where they lie
+            row = [(round((i + 0.5) / len(names), 3), 0.5) for i in range(len(names))]
+            joints = tuple(replace(joint, place=place) for joint, place in zip(self.joints, row, strict=True))
+            object.__setattr__(self, "joints", joints)
 
     def _check_interlock(self, names: Sequence[str]) -> None:
         for joint, clauses in self.interlock.items():

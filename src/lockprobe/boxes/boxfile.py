@@ -9,7 +9,6 @@
     [[joints]]                  # in panel order, left to right
     name = "door"
     kind = "revolute"           # or "prismatic"
-    place = [0.2, 0.5]          # optional
 
     [[joints]]
     name = "bar"
@@ -53,7 +52,7 @@ class _JointTable(BaseModel):
     model_config = ConfigDict(extra="forbid")
     name: Name
     kind: Literal["prismatic", "revolute"]
-    place: tuple[Unit, Unit] = (0.5, 0.5)
+    place: tuple[Unit, Unit] | None = None
 
 
 class _BoxTable(BaseModel):
@@ -95,9 +94,12 @@ def box_from_data(data: object) -> Lockbox:
     """Build a box from parsed tables of the form above; the inverse of ``Lockbox.as_data``."""
     try:
         table = _BoxTable.model_validate(data)
+        without = [joint.name for joint in table.joints if joint.place is None]
+        if 0 < len(without) < len(table.joints):
+            raise UserMistake(f"place: got none for {', '.join(without)}, expected one for every joint or for none")
         return Lockbox(
             name=table.name,
-            joints=tuple(Joint(name=j.name, kind=j.kind, place=j.place) for j in table.joints),
+            joints=tuple(Joint(name=j.name, kind=j.kind, place=j.place or (0.5, 0.5)) for j in table.joints),
             interlock={
                 joint: tuple({other: bool(position) for other, position in clause.items()} for clause in clauses)
                 for joint, clauses in table.interlock.items()
@@ -107,5 +109,11 @@ def box_from_data(data: object) -> Lockbox:
         )
     except ValidationError as error:
         first = error.errors()[0]
-        said = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), plain(first["msg"]))
-        raise UserMistake(f"{'.'.join(map(str, first['loc']))}: {said}") from None
+        said, loc = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), plain(first["msg"])), first["loc"]
+        joint = data["joints"][loc[1]] if isinstance(data, dict) and loc[0] == "joints" and len(loc) > 1 else None
+        if first["type"] == "extra_forbidden":
+            said += f"; keys are {', '.join((_BoxTable if joint is None else _JointTable).model_fields)}"
+        elif isinstance(got := first["input"], str | int | float):
+            said = f"got {got!r}, {said}"
+        where = f" ({joint['name']})" if isinstance(joint, dict) and "name" in joint else ""
+        raise UserMistake(f"{'.'.join(map(str, loc))}{where}: {said}") from None

@@ -60,10 +60,7 @@ def _assemble(name: str, joints: Sequence[str], interlock: Mapping[str, Sequence
     kinds: list[JointKind] = ["prismatic" if joint.startswith(("slider", "branch")) else "revolute" for joint in joints]
     return Lockbox(
         name=name,
-        joints=tuple(
-            Joint(name=joint, kind=kind, place=(round((i + 0.5) / len(joints), 3), 0.5))
-            for i, (joint, kind) in enumerate(zip(joints, kinds, strict=True))
-        ),
+        joints=tuple(Joint(name=joint, kind=kind) for joint, kind in zip(joints, kinds, strict=True)),
         interlock={joint: tuple(clauses) for joint, clauses in interlock.items() if clauses},
         initial=(False,) * len(joints),
         target=joints[0],

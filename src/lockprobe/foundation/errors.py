@@ -75,6 +75,14 @@ class BadFile(UserMistake):
         super().__init__(f"{path}: {why}")
 
 
+class NotHere(BadFile):
+    """A file that somebody named is not there; ``path`` is its name."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "cannot be read (No such file or directory)")
+        self.path = path
+
+
 class SettingsChanged(UserMistake):
     """A directory holds a study with other settings: setting -> (there, asked for)."""
 

@@ -12,7 +12,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.errors import BadFile, NotHere
 
 LARGEST_INPUT = 1 << 28
 """Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
@@ -60,6 +60,8 @@ def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise BadFile(path, "not a regular file")
             content = file.read(most + 1)
+    except FileNotFoundError:
+        raise NotHere(path) from None
     except (OSError, ValueError) as error:
         raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if len(content) > most:

@@ -9,7 +9,7 @@ runs, and no model is asked.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache, partial
 from itertools import zip_longest
 from typing import Any, Literal
@@ -19,7 +19,7 @@ import numpy as np
 from lockprobe.agents.catalogue import is_local, is_strategy, resolve
 from lockprobe.agents.prompt import prompt_fingerprint
 from lockprobe.agents.reply import parse_reply
-from lockprobe.foundation.errors import ModelFault, ReplyFault, UserMistake
+from lockprobe.foundation.errors import ModelFault, NotHere, ReplyFault, UserMistake
 from lockprobe.foundation.plugins import plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
@@ -43,14 +43,15 @@ class ReplayedTrial:
     Attributes:
         luck: Why truth or reports do not follow from the choices, the box and the seed; empty if they do.
         choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
-        unplayed: Whether it cannot be played again: no code of others runs, and no robot or person moves a joint.
+        unplayed: Why it cannot be played again, as the end of a sentence: no code of others runs, no robot or person
+            moves a joint, a file is not here; empty if it is.
     """
 
     key: str
     kind: AgentKind
     luck: str = ""
     choices: str = ""
-    unplayed: bool = False
+    unplayed: str = ""
 
 
 def kind_of(agent: str) -> AgentKind:
@@ -77,13 +78,15 @@ async def played_again(
     ``replies`` are those in the log of calls, if a hosted model played it, ``parent`` those of the trial that it forks.
     """
     found = ReplayedTrial(key=trial.key, kind=kind_of(trial.agent))
+
+    def unplayed(why: str) -> ReplayedTrial:
+        others = _other_replies(trial, replies) if found.kind == "hosted" and not parent else ""
+        return replace(found, unplayed=why, choices=others)
+
     try:
         foreign = any(is_foreign("intervention", one) for one in plan.condition.specs)
         if foreign or is_foreign("plant", plan.plant) or resolve_plant(plan.plant).is_attended():
-            found.unplayed = True
-            if found.kind == "hosted" and not parent:
-                found.choices = _other_replies(trial, replies)
-            return found
+            return unplayed("need a plant or an intervention that does not ship, or a real box, and are not played")
         kept = [*replies]
         agent = _agent(trial, found.kind, kept, [*parent])
         found.luck = await _difference(plan, trial, agent)
@@ -93,6 +96,8 @@ async def played_again(
                 found.choices += "; its prompt is not that of this release, so verify it with its own"
         if found.kind == "hosted" and kept and not found.choices:
             found.choices = f"{len(kept)} replies in the log of calls are no part of the record"
+    except NotHere as missing:
+        return unplayed(f"are not checked: {missing.path} is not here")
     except UserMistake as mistake:
         found.luck = str(mistake)
     return found

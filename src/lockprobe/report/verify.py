@@ -189,9 +189,9 @@ def _luck(of: _PlayedAgain) -> Iterator[Check]:
 
     Strategies choose the same again, local models by their probabilities, and nobody the impossible.
     """
-    left = sum(one.unplayed for one in of.again)
-    more = "more need a plant or an intervention that does not ship, or a real box, and are not played"
-    said = f"all {len(of.again) - left} trials follow from their choices, the box and the seed{_also(left, more)}"
+    left = Counter(one.unplayed for one in of.again if one.unplayed)
+    more = "".join(_also(count, f"more {why}") for why, count in left.items())
+    said = f"all {len(of.again) - left.total()} trials follow from their choices, the box and the seed{more}"
     yield Check("luck", said, [f"{one.key}: {one.luck}" for one in of.again if one.luck])
     counts = Counter(one.kind for one in of.again if not one.unplayed or one.kind == "own")
     held = [f"{counts[kind]} trials {said}" for kind, said in _ASKED.items() if counts[kind]]
@@ -242,7 +242,7 @@ def _replies_held(
             failed.append(f"{call.key}: its calls name no trial on record, or another agent")
     unplayed = "of these are not played, and held by their words alone"
     said = f"{sum(len(kept.get(one.key, ())) for one in hosted)} replies in the log of calls are the decisions of "
-    said += f"{len(hosted)} trials, and all of them{_also(sum(one.unplayed for one in hosted), unplayed)}"
+    said += f"{len(hosted)} trials, and all of them{_also(sum(bool(one.unplayed) for one in hosted), unplayed)}"
     yield Check(name, said, [*dict.fromkeys(failed)])
 
 

@@ -85,14 +85,20 @@ class Joints:
         """Each joint with the fraction of its travel, as text for messages."""
         return ", ".join(f"{name} {fraction:.2f}" for name, fraction in zip(self.names, self.fractions(), strict=True))
 
-    def configuration_after(self, joint: int, before: Configuration) -> Configuration:
-        """The configuration after an attempt at a joint.
+    def configuration_after(self, joint: int, before: Configuration, *, locked: bool = False) -> Configuration:
+        """The configuration after an attempt at a joint, which the rules may lock as far as is known.
 
         Raises:
             PlantFault: If a joint is between its ends, or a joint moved that was not attempted.
         """
         after = self.configuration()
         if not self.resting():
+            gap, name = abs(float(self.fractions()[joint]) - before[joint]), self.names[joint]
+            if locked and gap > RESTING:
+                raise PlantFault(
+                    f"{name} moves {gap:.0%} of its travel before something holds it ({self.where()}): close the gap "
+                    f"to less than {RESTING:.0%}"
+                )
             raise PlantFault(
                 f"a joint stays more than {RESTING:.0%} of its travel from its ends ({self.where()}): it needs less "
                 "friction (frictionloss, damping), a spring, or a push with more force"

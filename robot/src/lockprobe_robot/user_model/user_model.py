@@ -141,7 +141,7 @@ def check_model(box: Lockbox, settings: UserModelSettings) -> int:
             allowed, why = box.may_move(before, joint), ""
             try:
                 joints.push(joint)
-                after = joints.configuration_after(joint, before)
+                after = joints.configuration_after(joint, before, locked=not allowed)
                 if (moved := after[joint] != before[joint]) != allowed:
                     why = f"the model {'moved' if moved else 'held'} {name} ({joints.where()})"
             except PlantFault as fault:

@@ -37,8 +37,6 @@ def box_figure(box: Lockbox) -> Figure:
     rows = [(name, clause) for name in box.names for clause in box.alternatives(name) or [{}]]
     needed = [name for name in box.names if any(name in clause for _, clause in rows)]
     places = [joint.place for joint in box.joints]
-    if len({*places}) < len(places):  # nobody has said where they lie
-        places = [((i + 0.5) / len(places), 0.5) for i in range(len(places))]
     across, heights = zip(*places, strict=True)
     panel = max(3.2, _COLUMN * len({*across}) + 2 * _EDGE), 1.4 if len({*heights}) == 1 else 2.8
     table = _COLUMN * (1.3 + max(2, len(needed))), _HEAD + _ROW * len(rows)
