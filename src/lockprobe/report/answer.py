@@ -136,7 +136,6 @@ class AnswerList:
         reach: The end of the axis of changes, a share.
         chance: What random agents solve, with and without immediate repeats, least first; empty if it is not known.
         doses: What the second share of each agent is at, in a word or two, where that is not the same for all.
-        open: Whether a change was not detected although its interval leaves out 0.
         ticks: Where the axis of changes has labels, in per cent of it, and these.
     """
 
@@ -151,7 +150,6 @@ class AnswerList:
         self.reach = max(2 * _TICK, math.ceil(max(ends, default=0.0) / _TICK - 1e-9) * _TICK)
         self.chance = sorted(curve.value[-1] or 0.0 for curve in found.random_play)
         self.doses = {label: said.rpartition(" ")[2] for label, said in under.items() if differ}
-        self.open = any(not row.detected and ((row.low or 0.0) > 0 or (row.high or 0.0) < 0) for row in changes)
         half = max(_TICK, self.reach - _TICK)
         self.ticks = [(f"{50 + 50 * x / self.reach:.2f}%", points(x)) for x in (-half, 0.0, half)]
 

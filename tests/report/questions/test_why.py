@@ -35,10 +35,9 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
         f"{AGENTS[0]}: of reports that are given and then corrected, a false last statement raises it, whatever the first "
         "one says."
     )
-    total = found.one("false_report_effect", agent=AGENTS[0], of="total")
     assert found.answer == (
-        f"False reports raise the success of {AGENTS[0]} by {100 * total.value:.0f} points, because of what they say. "
-        f"They change the success of {AGENTS[1]} by less than 10 points."
+        f"False reports raise the success of {AGENTS[0]}, because of what they say. No effect of false reports on the "
+        f"success of {AGENTS[1]} was detected, and a change of 10 points or more is excluded."
     )
 
 

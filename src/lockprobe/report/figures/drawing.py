@@ -17,7 +17,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -73,12 +72,6 @@ def style_of(shown: Course | Cell) -> Style:
     places = ((i, one.subject) for i, one in enumerate(players) if (one.agent, one.modality) == own)
     place, lead = next(places, (0, True))
     return Style(colour=COLOURS[place % len(COLOURS)], marker=MARKERS[place % len(MARKERS)], lead=lead)
-
-
-def lighter(colour: str, white: float) -> str:
-    """The colour with so much white in it, from 0 to 1."""
-    red, green, blue = (part + white * (1 - part) for part in mpl.colors.to_rgb(colour))
-    return mpl.colors.to_hex((red, green, blue))
 
 
 BEYOND = 0.5

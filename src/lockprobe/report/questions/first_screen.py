@@ -139,7 +139,7 @@ def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
 
 
 def _told(numbers: OpenedStudy) -> Iterator[Fact]:
-    """What one attempt was told under each condition with a name, where most of them tell something else.
+    """What one attempt was told under each condition with a name, where some tell something else.
 
     It is the first attempt of trials with equal luck, which no report has changed yet, of the first agent.
     """
@@ -147,19 +147,17 @@ def _told(numbers: OpenedStudy) -> Iterator[Fact]:
     cells = [cell for cell in numbers.cells if cell.agent == numbers.subjects[0] and cell.condition in named]
     if not 1 < len(cells) <= _TOLD_MOST:
         return
-    attempt, best = "", dict[str, str]()
     for trials in zip(*(cell.trials[:_LOOKED_AT] for cell in cells), strict=False):
         if len({(one.repetition, one.trial) for one in trials}) > 1 or not all(one.steps for one in trials):
             continue
         (step, *_), *_ = steps = [trial.steps[:2] for trial in numbers.records(trials)]
         said = [" ".join(filter(None, (first.told, *(one.remark for one in later)))) for first, *later in steps]
         alike = {(first.decision.joint, first.moved) for first, *_ in steps} == {(step.decision.joint, step.moved)}
-        if alike and len({*said}) > max(1, len({*best.values()})):
+        if alike and len({*said}) > 1:
             attempt = f"after {step.decision.joint} {'moved' if step.moved else 'was blocked'}"
-            best = dict(zip((cell.condition for cell in cells), said, strict=True))
-    if best:
-        yield Fact(about="overview", name="attempt", text=attempt)
-        yield from (Fact(about=_TOLD, name=name, text=text) for name, text in best.items())
+            yield Fact(about="overview", name="attempt", text=attempt)
+            yield from (Fact(about=_TOLD, name=at.condition, text=text) for at, text in zip(cells, said, strict=True))
+            return
 
 
 def answer_of(found: Results) -> str:

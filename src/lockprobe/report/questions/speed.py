@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,7 +14,7 @@ from lockprobe.foundation.left_out import section
 from lockprobe.report.format import beside, entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, played_subjects
-from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results, Row, measured_row, who
+from lockprobe.report.rows import Cell, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.how_soon import modality_effects, steps_over_doses, success_curve
@@ -27,11 +26,7 @@ _HIGHER = "higher"
 """Part of a difference: all higher doses together less the lowest."""
 
 _MOST, _NAME = 8, 28
-"""Agents that are drawn, those that the study is about first, and flip rates that are all named; characters of a name
-at the end of a line."""
-
-_PALE = 0.7
-"""How much white is mixed into the colour of the lowest flip rate."""
+"""Agents that are drawn, those that the study is about first; characters of a name at the end of a line."""
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -125,42 +120,27 @@ def draw(found: Results) -> Any:
 
 def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
     """What is drawn: a cell, the name where its line ends, and its style."""
-    from lockprobe.report.figures.drawing import agent_label, lighter, style_of
+    from lockprobe.report.figures.drawing import agent_label, style_of
 
     courses = sorted((course for course in found.courses() if course.played), key=lambda one: not one.subject)
-    if not _by_rate(courses):
-        for course in courses[:_MOST]:
-            yield course.played[0], agent_label(course, _NAME), style_of(course)
-        return
-    (course,) = courses
-    style, last = style_of(course), len(course.played) - 1
-    for i, cell in enumerate(course.played):
-        ends = i in (0, last)
-        colour = lighter(style.colour, _PALE * (1 - i / last))
-        name = f"flip rate {cell.p:g}" if ends or last < _MOST else ""
-        yield cell, name, replace(style, colour=colour, marker="", lead=ends)
-
-
-def _by_rate(courses: Sequence[Course]) -> bool:
-    """Whether lines are flip rates: of one agent alone that has several and heeds reports."""
-    return len(courses) == 1 and len(courses[0].played) > 1 and not courses[0].blind
+    for course in courses[:_MOST]:
+        yield course.played[0], agent_label(course, _NAME), style_of(course)
 
 
 def _caption(found: Results) -> Note:
     courses = [course for course in found.courses() if course.played]
     some = f"{_MOST} of {len(courses)} agents" if len(courses) > _MOST else "each agent and modality"
-    lines = "each flip rate" if _by_rate(courses) else f"{some} {at_lowest(found)}"
     broke = "; where trials broke, the middle of the bounds" * any(cell.value("broken") for cell in found.cells)
     stars = (
         "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (positions in "
         "words, its ground truth)."
     )
     return Note(
-        f"The paper's Fig. 3: share of trials solved by each step, a line for {lines}. Grey: the chance level, choices "
-        "at random with and without immediate repeats, exact.",
+        f"The paper's Fig. 3: share of trials solved by each step, a line for {some} {at_lowest(found)}. Grey: the "
+        "chance level, choices at random with and without immediate repeats, exact.",
         f"Curves are one minus the Kaplan-Meier estimate{broke}. Bands are pointwise 95 % intervals, whatever became "
         "of broken trials.",
-        stars * (not _by_rate(courses) and {course.played[0].p for course in courses} == {0.0}),
+        stars * ({course.played[0].p for course in courses} == {0.0}),
     )
 
 

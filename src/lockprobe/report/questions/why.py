@@ -7,9 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import MOST_NAMED, listed, p_cell, percent
+from lockprobe.foundation.formatting import listed, p_cell, percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import alone, beside, conclusion_of, entry_text
+from lockprobe.report.answer import headline
+from lockprobe.report.format import beside, conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
 from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, CONTRAST
@@ -39,8 +40,10 @@ _BECAUSE: Mapping[str, str] = {
     "both": ", partly because of what they say: true reports that come with a correction or a remark do so too",
     "blurred": "; why is not decided, since true reports that come with a correction do so too",
     "not decided": "; why is not decided, and more blocks may tell",
+    "inconclusive": "",
+    "no change": f", and a change of {100 * MARGIN:.0f} points or more is excluded",
 }
-"""Verdict on agents whose success changes -> the end of the sentence on them."""
+"""Verdict on agents -> the end of the sentence on them."""
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -62,34 +65,11 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 
 def answer(lines: Sequence[Line], found: Results) -> str:
     """What false reports do to the success of these agents and why, a sentence for each cause; empty if not asked."""
-    verdicts = found.facts_about(_VERDICT)
-    known = grouped(lines, lambda line: verdicts.get(f"{line.agent}, {line.modality}", ""))
-    said, margin = list[str](), f"{100 * MARGIN:.0f} points"
-    for verdict in (one for one in _BECAUSE if one in known):
-        by_way = grouped(known[verdict], lambda line: _DOES[line.verdict])
-        some = [f"{'the success' if not i else 'that'} of {_named(own)}" for i, own in enumerate(by_way.values())]
-        does = " and ".join(f"{way} {whose}" for way, whose in zip(by_way, some, strict=True))
-        said.append(f"{'They' if said else 'False reports'} {does}{_BECAUSE[verdict]}.")
-    of = "" if said else " of false reports"
-    if own := known.get("no change"):
-        said.append(f"{'They' if said else 'False reports'} change the success of {_named(own)} by less than {margin}.")
-    if own := known.get("inconclusive"):
-        open_ = f"and a change of {margin} or more is not excluded"
-        said.append(f"No effect{of} on the success of {_named(own)} was detected, {open_}.")
-    return " ".join(said)
-
-
-_DOES = {"solves more": "raise", "solves fewer": "lower"}
-"""Verdict on a line -> what false reports do to success."""
-
-
-def _named(lines: Sequence[Line]) -> str:
-    """Agents by name, with the change of those whose success changes; of many how many."""
-    if len(lines) > MOST_NAMED:
-        return f"{len(lines)} agents"
-    changes = [entry_text(alone(line.change)).lstrip("+\N{MINUS SIGN}") for line in lines]
-    by = [f" by {change} points" * (line.verdict in _DOES) for line, change in zip(lines, changes, strict=True)]
-    return listed([f"{line.label}{changed}" for line, changed in zip(lines, by, strict=True)])
+    known = grouped(lines, lambda line: found.fact(_VERDICT, f"{line.agent}, {line.modality}"))
+    whole = [
+        (headline(known[verdict], "false reports")[:-1], why) for verdict, why in _BECAUSE.items() if verdict in known
+    ]
+    return " ".join(f"{said}{why}." for said, why in whole)
 
 
 def _table(found: Results) -> Lines:
