@@ -53,7 +53,7 @@ class Manner:
     Attributes:
         answer: ``truthful`` or ``blind``, where no function is given.
         median: Median latency in seconds; 0 answers at once. ``sigma`` is the spread of its logarithm.
-        faults: Share of requests that fare so, by kind.
+        faults: Share of requests that fare so, by kind; or an iterator of kinds in the order in which requests come.
         keeps: Whether connections live on after an answer.
         more: Header lines of every answer, beside the usual ones.
     """
@@ -74,27 +74,14 @@ class Manner:
 
     def fault(self, conversation, time):
         """What goes wrong when this conversation comes for the so-manieth time, from 1; empty where nothing does."""
+        if not isinstance(self.faults, dict):
+            return next(self.faults, "")
         luck = random.Random(f"{self.seed} fault {conversation} {time}").random()
         for kind, share in self.faults.items():
             luck -= share
             if luck < 0:
                 return kind
         return ""
-
-
-class Script:
-    """Faults in the order in which requests come."""
-
-    answer, keeps, more = "truthful", True, ()
-
-    def __init__(self, *kinds, then=""):
-        self._kinds, self._then = iter(kinds), then
-
-    def latency(self, conversation):
-        return 0.0
-
-    def fault(self, conversation, time):
-        return next(self._kinds, self._then)
 
 
 def mixed(share):

@@ -6,9 +6,10 @@
 import os
 from contextlib import suppress
 from dataclasses import replace
+from itertools import chain, repeat
 
 import pytest
-from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, Script, here, mixed
+from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed
 
 from lockprobe.agents.llm.settings import Access
 from lockprobe.foundation.errors import AgentsGivenUp
@@ -80,7 +81,7 @@ def right(tmp_path_factory):
 
 
 def test_a_provider_that_fails_for_a_while_is_asked_again_and_leaves_no_trace_in_the_record(tmp_path, right):
-    with here(manner=Script("", "500", "dropped midway")) as server:
+    with here(manner=Manner(faults=iter(["", "500", "dropped midway"]))) as server:
         assert played(tmp_path, ONE, QUICK) == right
     assert server.faults == {"500": 1, "dropped midway": 1}
     assert [call.retries for call in read_calls(tmp_path)] == [0, 2, *[0] * (len(right[0].steps) - 2)]
@@ -88,7 +89,7 @@ def test_a_provider_that_fails_for_a_while_is_asked_again_and_leaves_no_trace_in
 
 @pytest.mark.parametrize(("kind", "message"), FAULTY.items())
 def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(tmp_path, right, kind, message):
-    with here(manner=Script("", kind, kind, kind)) as server:
+    with here(manner=Manner(faults=iter(["", kind, kind, kind]))) as server:
         patience = replace(QUICK, timeout=0.3) if kind == "stalled" else QUICK
         (trial,) = played(tmp_path, ONE, patience)
         assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "model", 2)
@@ -104,7 +105,7 @@ def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(tmp_
 
 @pytest.mark.parametrize("kinds", [REPLY_FAULTS, ("cut", "empty")], ids=" ".join)
 def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, right, kinds):
-    with here(manner=Script("", *kinds)):
+    with here(manner=Manner(faults=iter(["", *kinds]))):
         trials = played(tmp_path, ONE, QUICK)
     assert [what_happened(trial) for trial in trials] == [what_happened(trial) for trial in right]
     assert [len(step.decision.replies) for step in trials[0].steps] == [1, 3, *[1] * (len(right[0].steps) - 2)]
@@ -114,7 +115,7 @@ def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, right, kinds):
 @pytest.mark.parametrize("kind", ENDING)
 def test_a_model_that_gives_no_other_ends_the_trial_for_good_and_is_not_paid_again(tmp_path, right, kind):
     boundary, stop, times, why = ENDING[kind]
-    with here(manner=Script("", then=kind)) as server:
+    with here(manner=Manner(faults=chain([""], repeat(kind)))) as server:
         for _ in range(2):
             (trial,) = played(tmp_path, ONE, QUICK)
             assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", boundary, 2)

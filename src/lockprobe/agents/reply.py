@@ -212,7 +212,7 @@ def without_marks(text: str) -> str:
     A whole JSON object is left as it is. Of reasoning that ends nowhere, or after which nothing comes, nothing is left,
     unless one object is all that there is besides the tags.
     """
-    if _loaded(text) is not None:
+    if not any(sign in text for sign in "<[◁") or _loaded(text) is not None:  # most replies have none of them
         return text
     tags = list(_TAG.finditer(text))
     end = max((tag.end() for tag in tags if not tag["open"]), default=0)

@@ -39,8 +39,8 @@ def bits(configuration: Configuration) -> str:
 class Joint:
     """One moving part on the panel, which slides or turns. The agent never sees its name.
 
-    ``place`` is in panel widths from the left and panel heights from below, [0, 1]. Joints that all lie at one place are laid
-    in a row by their box.
+    ``place`` is in panel widths from the left and panel heights from below, [0, 1]. Joints that all lie at one place
+    are laid in a row by their box.
     """
 
     name: str

@@ -18,8 +18,6 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.study_options import Name, with_study_options
-from lockprobe.foundation.formatting import listed
-from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.study_options import read_options
 
 _ESTIMATE = "Only estimate the cost; call no model and write nothing."

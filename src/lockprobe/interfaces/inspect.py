@@ -107,7 +107,7 @@ class _ModelOfTheEval:
         self._model, self._state = model, state
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        from lockprobe.agents.llm.model import decided
+        from lockprobe.agents.llm.asking_again import decided
         from lockprobe.agents.llm.settings import Model
         from lockprobe.trial.model_call import Call, Usage
 

@@ -337,8 +337,9 @@ PLAYED = {
 def test_content_of_any_form_is_played_and_what_is_no_error_leaves_it_alone(step, row, capfd):
     came = step(PLAYED[row])
     assert (came.ended, came.times, came.lost) == ("played", 1, 0), came.said
-    assert (came.decision.joint, came.decision.claimed) == ("A", "moved")
+    assert (came.decision.joint, came.decision.claimed, came.decision.usage.calls) == ("A", "moved", 1)
     assert came.tokens == (0 if "usage" in row or "cache" in row else 5)
+    assert came.calls[0].reasoned == (row == "after thoughts")  # apart from the text
     assert "private" not in "".join(capfd.readouterr())
 
 

@@ -2,7 +2,7 @@
 
 All waiting is here, and counted. A failed attempt is made again after a pause that doubles from
 :attr:`lockprobe.agents.llm.settings.Access.pause` up to a minute, or as long as the server asks for. A provider may
-charge for attempts to which no reply came, so they are announced before the next one is made.
+charge for attempts to which no reply came, so every attempt is announced before it is made.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import random
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 from urllib.request import getproxies
 
 import httpx2 as httpx
@@ -67,18 +68,16 @@ class ModelClient:
         """Send a conversation and wait for a reply of the form ``schema``. The caller holds one of :attr:`slots`.
 
         The call comes back with its reply, or with the provider's error if there is none after all retries. ``again``
-        is called with the account so far before a request is made again of which more attempts may have been charged
-        for; what it raises ends it.
+        is called with the account so far before a request is made again; what it raises ends it.
         """
         content = request_body(self.server, self.model, messages, schema)
-        names = schema.get("required") if self.model.settings.schema != "none" else None
-        began, failed, told = time.perf_counter(), asked, asked
+        names: Any = schema.get("required", ()) if self.model.settings.schema != "none" else ()
+        began, failed = time.perf_counter(), asked
         while True:
-            if again is not None and (failed.unanswered, failed.usage) != (told.unanswered, told.usage):
+            if again is not None and failed is not asked:
                 await again(failed)
-                told = failed
             try:
-                reply = read_answer(asked, *await self._once(content), names if isinstance(names, list) else ())
+                reply = read_answer(asked, *await self._once(content), names)
                 break
             except NoReply as none:
                 failed = replace(

@@ -2,30 +2,24 @@
 
 The pictures of a percept are sent as PNG after its text. Earlier pictures stay in the conversation, as in the paper, or
 only the newest do: ``llm:openai/gpt-4o?images=4``.
-
-A refusal ends the trial. So does a reply that the limit cut off for the second time, or before it had begun: the same
-limit would cut off the next one too. So does one whose object stands in the reasoning, or that is white space up to the
-limit: only another form would help. Other replies that cannot be used are asked for again, after a pause like that
-after a fault: some servers write their errors as if the model had said them.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lockprobe.agents.llm.answer import CUT_OFF, IN_REASONING, MENDING
+from lockprobe.agents.llm.answer import MENDING
+from lockprobe.agents.llm.asking_again import decided, verdict_on
 from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import PER_MESSAGE, Access, Model
-from lockprobe.agents.prompt import Message, conversation, prompt_fingerprint, repair, reply_schema
-from lockprobe.agents.reply import parse_reply, spoken, without_marks
+from lockprobe.agents.prompt import Message, prompt_fingerprint
 from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
-from lockprobe.foundation.formatting import count
-from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.trial.model_call import BROKEN_OFF, Call
 from lockprobe.trial.protocols import CallBook
 from lockprobe.trial.record import Decision, Fact, Situation
 
@@ -35,69 +29,6 @@ if TYPE_CHECKING:
 _ALIKE, _ALIKE_TRIALS = 12, 3
 """Unusable replies with the same words since the last usable one, and trials that got them, after which they are its
 server's."""
-
-
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
-"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
-
-
-def verdict_on(call: Call, situation: Situation) -> Decision | ReplyFault:
-    """The decision in the reply of a call, or why there is none."""
-    try:
-        return parse_reply(call.reply or "", situation, call.stop)
-    except ReplyFault as fault:
-        return fault
-
-
-async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
-    """Ask until a reply is well formed.
-
-    Raises:
-        RefusalFault: If the model or its provider refused.
-        ReplyFault: If too many replies were malformed, or the limit left no room for one.
-    """
-    messages, schema = conversation(situation, images=model.settings.images), reply_schema(situation)
-    replies, usage, cut_off = list[str](), Usage(), 0
-    while True:
-        answer = await ask(len(replies) + 1, messages, schema)
-        verdict = verdict_on(answer, situation)
-        text = answer.reply or ""
-        replies.append(text)
-        usage += answer.usage
-        if isinstance(verdict, Decision):
-            return replace(verdict, replies=tuple(replies), usage=usage, served=answer.served)
-        if isinstance(verdict, RefusalFault):
-            raise RefusalFault(str(verdict), tuple(replies), asdict(usage))
-        empty = not without_marks(text).strip()
-        cause, final = _cause(answer, model, empty=empty)
-        cut_off += answer.stop == CUT_OFF
-        if final or len(replies) > model.settings.repairs or cut_off == 2:  # one that had begun can be shorter
-            why = f"no usable reply in {count(len(replies), 'turn')}: {verdict}{cause}"
-            raise ReplyFault(why, tuple(replies), asdict(usage))
-        messages = [
-            *messages,
-            Message(role="assistant", text=spoken(text)),
-            Message(role="user", text=repair(verdict, situation)),
-        ]
-
-
-def _cause(answer: Call, model: Model, *, empty: bool) -> tuple[str, bool]:
-    """The cause of an unusable reply: the form, tokens with those of reasoning, the limit; and whether it stays."""
-    text, written, reasoned = answer.reply or "", answer.usage.output_tokens, answer.usage.reasoning_tokens
-    if answer.stop == IN_REASONING:
-        return " (the object stands in the reasoning and not in the reply: schema=none asks for it in words)", True
-    hidden = f", {reasoned or 'some'} of them of reasoning" if reasoned or answer.reasoned else ""
-    after = f" after {written} tokens{hidden}" if written else " after reasoning" if answer.reasoned else ""
-    if answer.stop == CUT_OFF:
-        blanks = len(text) - len(text.rstrip())
-        if model.settings.schema != "none" and (blanks >= 100 or 0 < blanks == len(text)):
-            allowed = "white space up to the limit, which the schema allows"
-            return f" ({allowed}: schema=none asks for the form in words)", True
-        limit = "" if model.settings.max_tokens is None else f" than {model.settings.max_tokens}"
-        return f" (the reply was cut off{after}: a larger max_tokens{limit} leaves it more room)", empty
-    if answer.stop == "tool_calls":
-        return " (it called a tool, and there is none)", False
-    return f" ({after.strip()})" if empty and after else "", False
 
 
 class HostedModel:
