@@ -70,7 +70,7 @@ def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
     assert (str(read_study("d").until), read_study("d").trials) == ("decided", 10)
     (tmp_path / "v.toml").write_text('agent = ["random", "python:\\u001b[31m:Red"]\np = [0]\ntrials = 1\n')
     other = lockprobe("run", "v.toml", "--agent", "round-robin", "--no-report", "--out", "other")
-    assert (other[0], other[2]) == (0, "")
+    assert (other[0], other[2]) == (0, "--agent replaces the agents of v.toml: random, python:?[31m:Red\n")
     asked = ("--as-paper", "--until", "±30", "--agent", "random", "--p", "0,0.4", "--trials", 5)
     assert lockprobe("run", "flips", *asked, "--no-report", "--out", "paper")[0] == 0
     assert json.loads((tmp_path / "paper" / "study.json").read_text())["until"] == {"rule": "width", "points": 0.3}

@@ -108,16 +108,14 @@ def decided(study: Study, trials: Sequence[Trial]) -> tuple[list[str], list[dict
     for agent, own in by_agent.items():
         for i, one in enumerate(own):
             course, halves = one.course, ""
-            fact = {"agent": agent, "difference": one.question.condition, "verdict": one.verdict, "block": one.at}
+            fact = {"agent": agent, "difference": one.question.name, "verdict": one.verdict, "block": one.at}
             size = {name: getattr(course, name) for name in ("value", "low", "high", "p_value")}
             facts.append(fact | {"blocks": course.n, **(size if course.n else {})})
-            if one.question.control and course.n > 1:
+            if not one.question.of_share and course.n > 1:
                 whole, first, second = map(points, (course.value, *course.halves))
                 halves = f"; {whole} points, {first} in the first half of the blocks and {second} in the second"
             where = f" (block {one.at})" if one.at else f" after {count(course.n, 'block')}"
-            said = (
-                f"  {agent}, {one.question.condition}: {decided_said(one.verdict, study.until.points)}{where}{halves}"
-            )
+            said = f"  {agent}, {one.question.name}: {decided_said(one.verdict, study.until.points)}{where}{halves}"
             lines += [said] * (i < _LINES)
         lines += [f"  {agent}: and {len(own) - _LINES} more, in the report"] * (len(own) > _LINES)
     return lines, facts

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,7 +19,8 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.study_options import Name, with_study_options
-from lockprobe.studies.options.study_options import read_options
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.studies.options.study_options import read_file, read_options
 
 _ESTIMATE = "Only estimate the cost; call no model and write nothing."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
@@ -71,6 +73,8 @@ def run(
     options.permit(allow)
     for agent in read_options(what, asked).agents[0]:  # what is mistyped waits for no import
         resolve(agent)
+    if "agent" in asked and what.endswith(".toml") and (theirs := read_file(Path(what)).agent):
+        print(printable(f"--agent replaces the agents of {what}: {', '.join(theirs)}"), file=sys.stderr)
     from lockprobe.cli.run_study import planned_study, play_study
     from lockprobe.foundation.workers import Cluster
     from lockprobe.studies.costs.spending import Budget

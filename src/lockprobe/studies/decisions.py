@@ -8,17 +8,19 @@ or on where a run was interrupted. The runner, the page and ``lockprobe status``
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
-from typing import Literal, NamedTuple, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.design import arms_of
 from lockprobe.statistics.every_look import AtEveryLook, Numbers, at_every_look, held_at_both_ends
 from lockprobe.statistics.outcomes import BlockOrder
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.why import CONTRASTS, NEEDS, PART, TOTAL
 from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import Study, Until, design_of
 from lockprobe.trial.plan import Plan
@@ -32,25 +34,48 @@ LOOK_EVERY = 5
 Outcomes = Mapping[str, tuple[Array, NDArray[np.bool_]]]
 """Condition -> whether each block was solved (NaN where it was not played, or broke), and whether its trial broke."""
 
-Verdict = Literal["effect", "small", "narrow"]
-"""The difference is not 0; it is smaller than the margin; its interval is as narrow as asked."""
+Verdict = Literal["effect", "small", "narrow", "not needed"]
+"""The difference is not 0; it is smaller than the margin; its interval is as narrow as asked; a mechanism is named, so
+that no other contrast of arms is needed."""
 
 
-class Question(NamedTuple):
-    """A difference that a study is to decide: success under a condition minus that under its control.
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A difference that a study is to decide.
 
-    Without a control, the success of the condition itself is asked for.
+    Attributes:
+        name: The condition, or the contrast of arms.
+        terms: Pairs of conditions; the difference is the mean of the first minus the second of each. With a second
+            that is empty, the success of the first itself is asked for.
     """
 
-    condition: str
-    control: str = ""
+    name: str
+    terms: tuple[tuple[str, str], ...]
+
+    @property
+    def labels(self) -> frozenset[str]:
+        """The conditions that it needs."""
+        return frozenset(label for pair in self.terms for label in pair if label)
+
+    @property
+    def of_share(self) -> bool:
+        """Whether it asks for the success of a single condition."""
+        return not self.terms[0][1]
 
 
-class Family(NamedTuple):
-    """Questions that are judged together, and for how many such families their levels are corrected (Bonferroni)."""
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Questions that are judged together.
+
+    Attributes:
+        questions: The questions.
+        choices: For how many such families their levels are corrected (Bonferroni).
+        after: The question that must be an effect for these to matter; None if they always do.
+    """
 
     questions: tuple[Question, ...]
-    choices: int
+    choices: float
+    after: Question | None = None
 
 
 Finished = Trial | OnRecord
@@ -70,12 +95,14 @@ class Decision:
         question: The question.
         verdict: What was decided; None if nothing was.
         at: The block (from 1) with which it was decided; None if it was not.
+        way: Sign of the difference where it is an effect.
         course: Its estimate after each block, whatever became of broken trials.
     """
 
     question: Question
     verdict: Verdict | None
     at: int | None
+    way: int = 0
     course: AtEveryLook = field(compare=False)
 
 
@@ -95,33 +122,56 @@ def decisions(families: Iterable[Family], outcomes: Outcomes, until: Until) -> t
             {label: np.where(broken, end, solved) for label, (solved, broken) in outcomes.items()} for end in (0, 1)
         )
         cases += [(failed, opened), (opened, failed)]
-    found = list[Decision]()
+    found, parts = dict[Question, Decision](), dict[Question, list[Decision]]()
     for family in families:
         tried = []
         for up, down in cases:
             by_block = []
-            for more, less in family.questions:
-                values = up[more] - down[less] if less else 2 * up[more] - 1
+            for question in family.questions:
+                terms = [up[more] - down[less] if less else 2 * up[more] - 1 for more, less in question.terms]
+                values = np.mean(terms, axis=0)
                 there = np.flatnonzero(~np.isnan(values))
                 by_block.append(Numbers(values=values[there], block=there))
             tried.append(at_every_look(by_block, agents=family.choices, margin=until.margin))
-        found += map(partial(_decided, until), family.questions, zip(*tried, strict=True))
-    return tuple(found)
+        for question, *courses in zip(family.questions, *tried, strict=True):
+            found[question] = one = _decided(question, courses, until)
+            if family.after is not None:
+                parts.setdefault(family.after, []).append(one)
+    for premise, contrasts in parts.items():
+        found |= {one.question: _settled(one, found[premise], contrasts) for one in contrasts}
+    return tuple(found.values())
 
 
-def _decided(until: Until, question: Question, courses: Sequence[AtEveryLook]) -> Decision:
+def _decided(question: Question, courses: Sequence[AtEveryLook], until: Until) -> Decision:
     """How closely a difference is known, or that it is an effect or small in every case."""
-    course, scale = held_at_both_ends(*courses) if len(courses) > 1 else courses[0], 1 if question.control else 2
-    if until.rule == "width" or scale == 2:  # a share is asked for on a scale from -1 to 1
-        at = courses[0].narrow_at(scale * until.points)
+    course = held_at_both_ends(*courses) if len(courses) > 1 else courses[0]
+    if until.rule == "width" or question.of_share:  # a share is asked for on a scale from -1 to 1
+        at = courses[0].narrow_at((2 if question.of_share else 1) * until.points)
         return Decision(question=question, verdict=None if at is None else "narrow", at=at, course=course)
     effect, small = (
         max(blocks) if all(blocks := [getattr(one, name) or 0 for one in courses]) else None
         for name in ("effect_at", "small_at")
     )
     if effect is not None and effect <= (small or effect) and len({one.way for one in courses}) == 1:
-        return Decision(question=question, verdict="effect", at=effect, course=course)
+        return Decision(question=question, verdict="effect", at=effect, way=courses[0].way, course=course)
     return Decision(question=question, verdict=None if small is None else "small", at=small, course=course)
+
+
+def _settled(one: Decision, premise: Decision, contrasts: Iterable[Decision]) -> Decision:
+    """A contrast of arms is settled with the total effect, if that is small: there is nothing to explain.
+
+    If it is an effect, it is settled as soon as a claim on the mechanism has all of its contrasts. That two false
+    statements do what one does ("falsity") names none yet.
+    """
+    verdict: Verdict = "small" if premise.verdict == "small" else "not needed"
+    ends = [premise.at] if verdict == "small" else []
+    known = {of.question.name: of for of in contrasts}
+    for claim in NEEDS.keys() - {"falsity"} if premise.verdict == "effect" else ():
+        needed = [(known.get(need.lstrip("-")), -1 if need[0] == "-" else 1) for need in NEEDS[claim]]
+        if all(of and of.way * premise.way == way for of, way in needed):
+            ends.append(max(of.at or 0 for of in (premise, *(of for of, _ in needed if of))))
+    at = min((end for end in ends if end), default=None)
+    return one if at is None or (one.at is not None and one.at <= at) else replace(one, verdict=verdict, at=at)
 
 
 def block_orders(study: Study) -> dict[str, BlockOrder]:
@@ -165,22 +215,42 @@ def counted(study: Study, trials: Iterable[_One]) -> tuple[_One, ...]:
 
 
 def families(study: Study, agent: str) -> tuple[Family, ...]:
-    """What a study asks of an agent: every condition against its control, in the families of the report.
+    """What a study asks of an agent: every condition against the control, or the parts of a false report.
 
-    With a single condition its success is asked for.
+    The families are those of the report. With a single condition its success is asked for.
     """
     asked = _questions(study, agent)
-    if not asked:
-        return tuple(Family((Question(one.label),), 1) for one in study.conditions_of(agent))
     alike = [one for one in study.run_agents if is_baseline(one) == is_baseline(agent)]
     many = len(asked) * sum(bool(_questions(study, one)) for one in alike)
-    return tuple(Family(of, many) for of in asked)
+    if not asked:
+        return tuple(Family((Question(one.label, ((one.label, ""),)),), 1) for one in study.conditions_of(agent))
+    found = []
+    for of in asked:
+        if (total := of[0]).name == "total":  # at the usual level, and each contrast of arms at its own
+            found.append(Family((total,), many))
+            found += [Family((one,), many * ALPHA / PART, after=total) for one in of[1:]]
+        else:
+            found.append(Family(of, many))
+    return tuple(found)
 
 
 def _questions(study: Study, agent: str) -> list[tuple[Question, ...]]:
-    played = {one.label for one in study.conditions_of(agent)}
-    groups = (one.groups[0] for one in design_of(study).against_controls)
-    found = (tuple(Question(one, control) for one in of if {one, control} <= played) for control, *of in groups)
+    design, played = design_of(study), {one.label for one in study.conditions_of(agent)}
+    found: list[tuple[Question, ...]] = []
+    for modality, shown in design.shown.items():
+        if arms := arms_of(shown):
+            of = arms[1]
+            parts = tuple(
+                Question(name, tuple((of[more], of[less]) for more, less in zip(one.of, one.minus, strict=True)))
+                for name, one in {"total": TOTAL, **CONTRASTS}.items()
+                if {*one.of, *one.minus} <= of.keys()
+            )
+            asked_for = {label for one in parts for label in one.labels}
+            more = [one.label for one in shown if one.label not in asked_for and one.label in played]
+            found += [parts, tuple(Question(one, ((one, of["truth"]),)) for one in more)]
+            continue
+        for (control, *labels), *_ in (one.groups for one in design.against_controls if one.modality == modality):
+            found.append(tuple(Question(one, ((one, control),)) for one in labels if {one, control} <= played))
     return [of for of in found if of]
 
 
@@ -227,7 +297,7 @@ def owed_by_look(study: Study, agent: str, trials: Iterable[Finished]) -> Iterat
 
 def wanted(found: Iterable[Decision], blocks: int) -> frozenset[str]:
     """The conditions that are played on after this many blocks: those that a question needs which they left open."""
-    return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question if label)
+    return frozenset(label for one in found if one.at is None or one.at > blocks for label in one.question.labels)
 
 
 def due(study: Study, agent: str, trials: Iterable[Finished]) -> list[Plan]:

@@ -35,7 +35,7 @@ def stopped(tmp_path_factory):
 
 
 def decided(planned, trials):
-    return [(one.question.condition, one.verdict, one.at) for one in answers(planned, AGENT, trials)]
+    return [(one.question.name, one.verdict, one.at) for one in answers(planned, AGENT, trials)]
 
 
 def played(planned, every, luck, breaks=0.0):

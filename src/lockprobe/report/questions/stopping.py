@@ -31,7 +31,7 @@ _Answers = Mapping[str, Sequence[Decision]]
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     until = numbers.study.until
     for agent, one in ((agent, one) for agent, own in numbers.decisions.items() for one in own):
-        of: dict[str, Any] = {"agent": agent, "of": one.question.condition}
+        of: dict[str, Any] = {"agent": agent, "of": one.question.name}
         course = one.course
         if course.n:
             yield measured_row("difference_by_block", course, **of, unit="points", p_value=None)
@@ -78,7 +78,7 @@ def decided_said(verdict: str | None, points: float) -> str:
     >>> decided_said("effect", 0.1), decided_said("small", 0.1), decided_said(None, 0.1)
     ('an effect', 'smaller than 10 points', 'open')
     """
-    said = {"effect": "an effect", "small": f"smaller than {100 * points:g} points"}
+    said = {"effect": "an effect", "small": f"smaller than {100 * points:g} points", "not needed": "not needed"}
     return said.get(verdict or "", f"known to ±{100 * points:g} points" if verdict else "open")
 
 
@@ -120,7 +120,7 @@ def draw(found: Results) -> Any:
         figures.title(axes, figures.safe_name(curve.agent, 38), figures.safe_name(curve.of, 38), said)
 
     curves = [one for one in found.curves if one.quantity == "difference_by_block" and len(one.x) > 1]
-    curves.sort(key=lambda one: one.agent not in found.subjects)  # of many the first are drawn
+    curves.sort(key=lambda one: (one.of != "total", one.agent not in found.subjects))  # of many the first are drawn
     wide, high = (5.6, 2.3) if len(curves) == 1 else (3.2, 1.45)
     return figures.sheet(curves, on, height=high, width=wide)
 
@@ -143,8 +143,8 @@ _TABLE = Table("stopping", _table)
 _NOTE = Note(
     "A statement that is made once stays: intervals lie within those before, and P values are the smallest so far.",
     "Blocks count in the order in which they were planned, up to the first that is still open. In at most 5 % of "
-    "studies one of these statements is false at any look. A rule that stops a study assumes that an effect does not "
-    "drift while it runs.",
+    "studies one of these statements is false at any look; contrasts of arms have levels of their own. A rule that "
+    "stops a study assumes that an effect does not drift while it runs.",
 )
 
 

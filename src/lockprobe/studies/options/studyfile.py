@@ -255,8 +255,8 @@ def _check_own(
     asked: StudyOptions, own: Sequence[NamedCondition], same: dict[str, Sequence[Any]], plant: PlantSource
 ) -> None:
     """Refuse what a study with conditions of its own would leave out, or could not vary."""
-    if asked.until:
-        raise BadValue("until", asked.until, f"none with {asked.study}, whose contrasts are judged at one look")
+    if asked.until and asked.study == "looks":
+        raise BadValue("until", asked.until, f"none with {asked.study}, whose answer holds for one look")
     for what, values in same.items():
         if len(values) > 1:
             raise BadValue(what, values, f"one, which all conditions of {asked.study} have")
