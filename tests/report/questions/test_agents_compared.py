@@ -31,7 +31,7 @@ def test_pairs_are_compared_over_all_flip_rates(tmp_path):
     head, *rows = tables_of(found)["comparisons"]
     row = dict(zip(head, rows[0], strict=True))
     assert (len(rows), "under" in head) == (3, False)
-    assert [row[name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 % and 65 %"]
+    assert [row[name] for name in ("agent", "trials", "success of both")] == ["llm:acme/one", "20", "85 %, 65 %"]
     more = "llm:acme/one solves more than random, llm:acme/two solves more than random"
     assert said(found) == f"Over all flip rates, a difference was detected for 2 of 3 pairs of agents: {more}."
     found = played(tmp_path / "two", {"llm:a": (9, 2), "llm:b": (9, 9)})

@@ -12,7 +12,7 @@ from typing import Any
 
 from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import Entry, beside, conclusion_of
+from lockprobe.report.format import Entry, beside, conclusion_of, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words
 from lockprobe.report.rows import Estimate, Results, Row, measured
@@ -39,8 +39,8 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     found = [*_over(numbers.courses, FLIPS.name, numbers.study), *_over_conditions(numbers)]
     families = [family for _, family, _ in found]
     corrected, sizes = holm([columns.get("p_value") for columns, *_ in found], families), Counter(families)
-    for (columns, family, times), tested in zip(found, corrected, strict=True):
-        tests = {"p_value": tested, "corrected_for": sizes[family] * times} if family else {}
+    for (columns, family, times), p in zip(found, corrected, strict=True):
+        tests = {"p_value": p, "corrected_for": sizes[family] * times} if family else {}
         alike = {"p_value": None, "corrected_for": 1} if _ALIKE in columns.get("note", "") else {}
         yield Estimate(**columns | tests | alike)
 
@@ -107,12 +107,11 @@ def _pairs(found: Results) -> list[tuple[str, str, Mapping[tuple[str, str], Esti
 
 def _table(found: Results) -> Lines:
     head = ["agent", "compared with", "under", "trials", "success of both", "success, points", "P", "steps"]
-    yield [*head, "P of steps", "effect, points", "of", "P of effect", "conclusion"]
-    words = condition_words(found)
+    yield [*head, "P of steps", "conclusion"]
     for one, other, rows in _pairs(found):
-        success, steps, moved = rows[SUCCESS, ""], rows[STEPS, ""], rows.get((CHANGE, ""))
+        success, steps = rows[SUCCESS, ""], rows[STEPS, ""]
         own, others = (rows[_SHARE, of] for of in ("", "the other"))
-        shares = f"{percent(own.value)} and {percent(others.value)}"
+        shares = f"{percent(own.value)}, {percent(others.value)}"
         under = "all flip rates" if found.several_p else at_lowest(found)
         under = "all conditions" if success.axis == _CONDITIONS else under
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
@@ -126,17 +125,24 @@ def _table(found: Results) -> Lines:
             p_cell(success.p_value),
             steps,
         ]
-        row += [p_cell(steps.p_value), moved, words[moved.condition] if moved else None]
-        yield [*row, p_cell(moved.p_value if moved else None), said]
+        yield [*row, p_cell(steps.p_value), said]
 
 
-_RARE = ("under", "effect, points", "of", "P of effect")
+def _effects(found: Results) -> Lines:
+    yield ["agent", "compared with", "of", "effect, points", "P", "conclusion"]
+    words = condition_words(found)
+    for one, other, rows in _pairs(found):
+        if moved := rows.get((CHANGE, "")):
+            yield [one, other, words[moved.condition], *tested(moved)]
 
-_TABLE = Table("comparisons", _table, drawn="success, points", rare=_RARE)
+
+_TABLE = Table("comparisons", _table, drawn="success, points", rare=("under",))
+
+_EFFECTS = Table("effects_compared", _effects, 3, drawn="effect, points")
 
 _NOTE = Note(
     "Success (drawn; filled: detected), steps and effect: the first agent minus the second, over trials that both "
-    "finished; an unsolved one counts with its whole budget. Effect: what a flip rate or a condition changes in "
+    "finished; an unsolved one counts with its whole budget. Effect: what a flip rate or a condition (of) changes in "
     "success, where that is clearest.",
     "The two agents swap whole blocks (permutation). Effect: signs of blocks are flipped.",
     "A trial has the same random numbers (labels, flips, draws) for every agent and condition; a block is one "
@@ -151,15 +157,15 @@ def _show(found: Results) -> Iterator[Part]:
     if not (pairs := _pairs(found)):
         return
     said, by_axis = [], grouped(pairs, lambda pair: pair[-1][SUCCESS, ""].axis)
-    for axis, tested in by_axis.items():
-        rows = [(one, other, of[SUCCESS, ""]) for one, other, of in tested]
+    for axis, own in by_axis.items():
+        rows = [(one, other, of[SUCCESS, ""]) for one, other, of in own]
         clear = [(one, other)[:: 1 if (row.value or 0) > 0 else -1] for one, other, row in rows if row.detected]
         over = "other " * (len(by_axis) > 1) + "conditions" if axis == _CONDITIONS else ""
         over = over or "flip rates" * found.several_p
         more = first_three(f"{one} solves more than {other}" for one, other in clear)
         over_all = f"{f'over all {over}, ' * bool(over)}a difference was detected for {len(clear)} of {len(rows)}"
         said.append(f"{capital(over_all)} pairs of agents{f': {more}' * bool(clear)}.")
-    yield Part("Which agent is better?", " ".join(said), [_TABLE, note_at(found, _NOTE)])
+    yield Part("Which agent is better?", " ".join(said), [_TABLE, _EFFECTS, note_at(found, _NOTE)])
 
 
-SECTIONS = (Section("agents_compared", "Agents compared", _rows, _show, (_TABLE,)),)
+SECTIONS = (Section("agents_compared", "Agents compared", _rows, _show, (_TABLE, _EFFECTS)),)
