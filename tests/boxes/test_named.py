@@ -39,18 +39,14 @@ def test_a_name_in_a_paper_means_the_same_box_in_every_release(names, pinned):
 
 
 @pytest.mark.parametrize(
-    ("name", "mistake", "message"),
+    ("name", "message"),
     [
-        ("chain-9", UnknownName, r"no box is called 'chain-9' \(did you mean 'chain-8'\?\); .*chain-2.*random-N-SEED"),
-        ("random-5", UnknownName, "no box is called 'random-5'"),
-        ("random-٣-1", UnknownName, "no box is called"),
-        ("random-9-1", BadValue, "random-9-1: got 9, expected 2 to 8 joints"),
-        ("random-1-1", BadValue, "random-1-1: got 1, expected 2 to 8 joints"),
-        ("random-4-1000000000", BadValue, "got 1000000000, expected a seed of at most 999999999"),
+        ("chain-9", r"no box is called 'chain-9' \(did you mean 'chain-8'\?\); .*chain-2.*random-N-SEED with N from 2 to 8"),
+        *((name, "no box is called") for name in ("random-5", "random-٣-1", "random-9-1", "random-1-1", f"random-4-{10**9}")),
     ],
-)
-def test_other_names_are_refused(name, mistake, message):
-    with pytest.raises(mistake, match=message):
+)  # fmt: skip
+def test_other_names_are_refused(name, message):
+    with pytest.raises(UnknownName, match=message):
         box(name)
 
 

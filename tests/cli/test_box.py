@@ -70,7 +70,7 @@ def test_a_file_of_another_box_is_left_alone(tmp_path):
     ("words", "message"),
     [
         (["show", "chan-4"], "no box is called 'chan-4' .did you mean 'chain-4'"),
-        (["show", "random-9-1"], "expected 2 to 8 joints"),
+        (["show", "random-9-1"], "random-N-SEED with N from 2 to 8"),
         (["show", "none.toml"], "none.toml: cannot be read"),
         (["show", "--out", "x.pdf"], "in .svg, .png or .xml"),
         (["show", "--arm", "--out", "x.svg"], "--arm: got True, expected --out FILE.xml with it"),

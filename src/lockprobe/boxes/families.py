@@ -38,8 +38,7 @@ DEFAULT_BOX = "chain-4"
 _SIZES = range(2, MAX_JOINTS + 1)
 _SEEDS = 2**31
 _RANDOM = re.compile(r"random-([2-8])")
-_DRAWN = re.compile(r"random-([0-9]{1,12})-([0-9]{1,12})")
-_LARGEST_SEED = 10**9 - 1
+_DRAWN = re.compile(r"random-([2-8])-([0-9]{1,9})")
 _EXPECTED = "a Lockbox, or a function that returns one"
 
 ALIKE = tuple(f"random-4-{seed}" for seed in (7, 8, 18, 21, 49, 70, 72, 81))
@@ -208,15 +207,10 @@ def box(name: str = DEFAULT_BOX) -> Lockbox:
     """One of Lockprobe's own boxes; ``random-N-SEED``, as ``random-5-17``, has N joints and a drawn interlock."""
     if name in STRUCTURES:
         return STRUCTURES[name]()
-    drawn = _DRAWN.fullmatch(name)
-    if drawn is None:
-        raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED", *plugin_names("box")])
-    joints, seed = int(drawn[1]), int(drawn[2])
-    if not 2 <= joints <= MAX_JOINTS:
-        raise BadValue(name, joints, f"2 to {MAX_JOINTS} joints")
-    if seed > _LARGEST_SEED:
-        raise BadValue(name, seed, f"a seed of at most {_LARGEST_SEED}")
-    return random_box(joints, seed)
+    if (drawn := _DRAWN.fullmatch(name)) is None:
+        drawn_too = f"random-N-SEED with N from 2 to {MAX_JOINTS} and at most nine digits of SEED"
+        raise UnknownName("box", name, [*STRUCTURES, drawn_too, *plugin_names("box")])
+    return random_box(int(drawn[1]), int(drawn[2]))
 
 
 def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:

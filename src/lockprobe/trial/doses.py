@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from lockprobe.foundation.spec import Spec
 
-MODALITY_DOSES = ("blur", "noise", "occlude", "exposure")
+MODALITY_DOSES: tuple[str, ...] = ("blur", "noise", "occlude", "exposure")
 """Options of a modality that are doses: how much pictures are degraded."""
 
 
