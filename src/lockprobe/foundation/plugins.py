@@ -26,13 +26,7 @@ from textwrap import dedent
 from types import BuiltinFunctionType
 from typing import Any, Literal, NamedTuple
 
-from lockprobe.foundation.errors import (
-    BadValue,
-    BrokenPlugin,
-    LockprobeError,
-    Missing,
-    UserMistake,
-)
+from lockprobe.foundation.errors import BadValue, BrokenPlugin, LockprobeError, Missing, UserMistake
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec, arguments_from, spec_name, split_specs
 

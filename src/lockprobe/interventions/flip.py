@@ -140,9 +140,9 @@ class OutcomeFlip:
         name = f"{name} (keep = {self.keep:g})" if self.others == "partly" else name
         return name if self.part == "both" else f"{name} with true outcomes"
 
-    def check_told(self, modality: str, *, outcomes: bool, positions: bool) -> None:
-        """Refuse one part of a false report where reports do not tell outcomes and positions."""
-        if self.part != "both" and not (outcomes and positions):
+    def check_told(self, modality: str, *, both: bool) -> None:
+        """Refuse one part of a false report where reports do not tell both outcomes and positions."""
+        if self.part != "both" and not both:
             raise BadValue("part", self.part, f"both with {modality}; symbolic tells outcomes and positions")
 
     def at_rate(self, p: float, at: tuple[int, ...] = ()) -> OutcomeFlip:

@@ -89,7 +89,7 @@ def world_of(
     if not isinstance(channel, TextChannel):
         known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
         raise BadValue("modality", told, known)
-    acting.check_told(told, outcomes=channel.tell != "state", positions=channel.tell != "outcome")
+    acting.check_told(told, both=channel.tell == "both")
     found = find_box(box)
     return World(box=found, space=space_of(found), flip=acting, budget=max_steps, tell=channel.tell)
 

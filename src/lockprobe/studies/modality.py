@@ -14,7 +14,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.spec import Spec, arguments_from, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions
+from lockprobe.interventions.conditions import MODALITIES, interventions_in
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
@@ -92,9 +92,8 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     flips = [one for one in acting if isinstance(one, OutcomeFlip)]
     if isinstance(channel, CameraChannel):
         acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
-    outcomes = isinstance(channel, TextChannel) and channel.tell != "state"
     for flip in flips:
-        flip.check_told(condition.modality, outcomes=outcomes, positions=tells_positions(condition.modality))
+        flip.check_told(condition.modality, both=isinstance(channel, TextChannel) and channel.tell == "both")
     return *acting, channel
 
 
