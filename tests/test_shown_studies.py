@@ -36,7 +36,7 @@ FIRST = ("cognitive:perseverant", "human-inspired", "random")
 def test_the_first_study_and_the_answer_that_the_readme_quotes(tmp_path):
     """The first command without its other conditions, which change no number of these."""
     whole = study("flips", agent=FIRST)
-    fresh = tuple(one for one in whole.conditions if one.label in whole.flip_labels)
+    fresh = tuple(one for one in whole.conditions if one in whole.flip_axis)
     played = lockprobe.run_study(replace(whole, conditions=fresh, strategy_conditions=()), tmp_path / "first")
     page = (DOCS / "start.md").read_text("utf-8")
     solved = Counter((trial.agent, trial.p) for trial in played if trial.solved)

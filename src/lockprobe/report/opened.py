@@ -152,7 +152,7 @@ class OpenedStudy:
     @cached_property
     def courses(self) -> tuple[Course, ...]:
         """Every agent over the flip rates, the truth among them; baselines too."""
-        return courses(cell for cell in self.by_name.values() if cell.condition in self.study.flip_labels)
+        return courses(cell for cell in self.by_name.values() if cell.condition in self.design.axis)
 
     @cached_property
     def axes(self) -> tuple[tuple[DoseAxis, tuple[Course, ...]], ...]:

@@ -72,7 +72,7 @@ def _design(numbers: OpenedStudy) -> Design:
                 specs=one.specs,
                 modality=one.modality,
                 doses=dict(one.doses),
-                p=one.p if one.label in study.flip_labels else None,
+                p=one.p if one.label in design.axis else None,
                 control=control if (control := design.control(one.label)) != one.label else "",
             )
             for one in study.conditions

@@ -218,11 +218,6 @@ class Study:
         return tuple(dict.fromkeys(one.p for one in self.flip_axis if one.p is not None))
 
     @property
-    def flip_labels(self) -> frozenset[str]:
-        """The labels of :attr:`flip_axis`."""
-        return frozenset(one.label for one in self.flip_axis)
-
-    @property
     def of_flips(self) -> bool:
         """Whether nothing but flip rates and modalities differs between its conditions."""
         return len(self.flip_axis) == len(self.conditions)
@@ -315,11 +310,6 @@ class Study:
         acting = {name: value for name, value in self.settings().items() if name not in beside}
         acting |= {"specs": list(condition.specs), "modality": condition.modality}
         return hashlib.sha256(_json_sorted(acting).encode()).hexdigest()[:12]
-
-    @property
-    def has_pictures(self) -> bool:
-        """Whether any of its modalities shows pictures."""
-        return any(map(is_pictured, self.modalities))
 
     @property
     def simulated(self) -> bool:
@@ -508,7 +498,7 @@ def design_of(study: Study) -> Design:
     return Design(
         agents=study.labels,
         arms=arms_of(study.conditions),
-        axis=study.flip_labels,
+        axis=frozenset(one.label for one in study.flip_axis),
         specs=dict(zip(study.labels, study.agents, strict=True)),
     )
 

@@ -163,8 +163,8 @@ def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():
     pictured = StudyOptions(study="modalities", plant="fast-twin", modality=["rgb"], agent=["llm:openai/o3-mini"])
     with pytest.raises(BadValue, match="symbolic too for llm:openai/o3-mini, which reads reports and looks at no pict"):
         study(pictured)
-    assert study(pictured.model_copy(update={"agent": ["llm:openai/gpt-4o"]})).has_pictures
-    assert study(pictured.model_copy(update={"agent": ["llm:ollama/llava"]})).has_pictures
+    for looks in ("llm:openai/gpt-4o", "llm:ollama/llava"):
+        assert study(pictured.model_copy(update={"agent": [looks]})).modalities == ("rgb",)
 
 
 @pytest.mark.parametrize(

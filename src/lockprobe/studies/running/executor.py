@@ -114,7 +114,7 @@ class Turn:
         self._keep = partial(keep_picture, journal.directory / ALBUM)
         hosted = source.engine == "network" and not study.attended
         self._quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
-        self._threaded = hosted and (study.simulated or study.has_pictures)
+        self._threaded = hosted and study.simulated
         self._lanes = limits.access.connections if hosted else 1
         self._broken_in_a_row = self.ended = 0
         self._pool: Pool | None = None
