@@ -146,6 +146,7 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
         yield f"{said} but invited, by lockprobe serve {journal.directory}"
     if not run:
         return
+    plant = f" as {study.plant}" * study.simulated
     extent, whole = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}", count(run, "trial")
     if study.until:
         most = count(study.repetitions * study.trials, "trial")
@@ -153,12 +154,10 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     elif study.strategy_trials is not None:
         extent += f" ({study.strategy_trials} for strategies)"
     yield (
-        f"Study {study.name} on {study.boxes_in_words}: {count(len(study.conditions), 'condition')}: "
+        f"Study {study.name} on {study.boxes_in_words}{plant}: {count(len(study.conditions), 'condition')}: "
         f"{'; '.join(one.label for one in study.conditions)}; {extent} of {study.max_steps} steps; "
         f"agents {', '.join(study.labels)}; seed {study.seed}; {'at most ' * bool(study.until)}{whole} in all"
     )
-    if study.simulated:
-        yield f"Plant: {study.plant}"
     yield f"Records: {journal.directory} (the same command resumes it)"
     yield settings_line(journal.study.settings_hash)
     of = "" if study.until else f" of {run}"
@@ -312,8 +311,8 @@ class Progress(Observer):
         if now["played"]:
             needed = seconds / now["played"] * (now["owed"] - now["played"])
             left = f"{needed / 60:.0f} min" if needed > 90 else f"{needed:.0f} s"
-        waited = self._journal.calls.longest_wait
-        way = f"{count(self._journal.calls.on_their_way, 'call')} on the way, the oldest for {waited:.0f} s"
+        number, waited = self._journal.calls.on_their_way
+        way = f"{count(number, 'call')} on the way, the oldest for {waited:.0f} s"
         parts = [
             f"{self._agent}  {now['before'] + now['played']}/{now['before'] + now['owed']} trials",
             f"{now['solved']} of {now['valid']} solved" * bool(now["valid"]),
@@ -356,8 +355,7 @@ class Progress(Observer):
             said = "; ".join(f"{why} ({count(left, 'trial')} owed)" for why, left in self.abandoned.values())
             lines.append(f"Given up: {said}; nothing finished is lost, the same command goes on {mended}")
         if lines:
-            given_up = {agent: {"owed": left, "why": why} for agent, (why, left) in self.abandoned.items()}
-            facts = {"agents": dict(self.broken), "first": self._first_error, "given_up": given_up}
+            facts = {"agents": dict(self.broken), "first": self._first_error}
             self.tell("broke", *lines, trials=broken, ended=self._ended, **facts)
         if self.reached is None or self._budget is None:
             return BROKE if owed or self.abandoned else 0

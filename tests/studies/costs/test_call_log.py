@@ -52,7 +52,7 @@ def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_cas
     with call_log(tmp_path) as calls:
         ask(calls, replied(step=1))
         asyncio.run(calls.of(PLAN).reserve(about(replied(step=2, request="next"))))
-        assert calls.on_their_way == 1
+        assert calls.on_their_way[0] == 1
         # and here the process is killed: nothing more is written
     with call_log(tmp_path) as calls:
         assert calls.of(PLAN).recall(2, 1, "next") is None

@@ -111,14 +111,10 @@ class Calls:
         return sum(one.most for one in self.spent.values())
 
     @property
-    def on_their_way(self) -> int:
-        """Number of calls in flight."""
-        return len(self._on_their_way)
-
-    @property
-    def longest_wait(self) -> float:
-        """Age of the oldest call in flight, seconds; 0 without one."""
-        return time.monotonic() - min((began for *_, began in self._on_their_way.values()), default=time.monotonic())
+    def on_their_way(self) -> tuple[int, float]:
+        """Number of calls in flight, and the age of the oldest in seconds, 0 without one."""
+        now, began = time.monotonic(), [began for *_, began in self._on_their_way.values()]
+        return len(began), now - min(began, default=now)
 
     async def reserve(self, call: Call) -> None:
         """Write a call to disk before each attempt, and reserve the maximum cost of the attempt.
