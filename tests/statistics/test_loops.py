@@ -121,7 +121,9 @@ def test_worked_examples(solver: Solver) -> None:
         assert cover(trial, solver=solver).covered == covered
     for trial, pieces in {"AABBBAABABBBABBB": 4, "BBBABBBBABBAAB": 3, "AABABBABABBBBB": 2}.items():
         assert len(cover(trial, solver=solver).intervals) == pieces  # as few as any greatest cover
-    assert cover("ABCDE" * 3, solver=solver).intervals == ((0, 5), (5, 5), (10, 5))  # a cycle as its period
+    for cycle, times in {"ABCDE": 3, "AAB": 5, "ABCD": 4}.items():  # a cycle as its period
+        found = cover(cycle * times, solver=solver).intervals
+        assert found == tuple((at, len(cycle)) for at in range(0, times * len(cycle), len(cycle)))
 
 
 def test_sequences_far_beyond_a_trial() -> None:

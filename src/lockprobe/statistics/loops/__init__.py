@@ -188,7 +188,7 @@ def _longest_loops(text: str) -> list[int]:
                 reach[start] = len(word)
         return reach
     for start in range(end - LENGTH, -1, -1):
-        while end - start >= LENGTH and text.count(text[start:end]) < 2:
+        while text.count(text[start:end]) < 2:
             end -= 1
         reach[start] = end - start if end - start >= LENGTH else 0
     return reach
