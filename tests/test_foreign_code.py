@@ -224,6 +224,7 @@ def test_verify_runs_nothing_of_an_installed_package(here, monkeypatch):
     monkeypatch.delitem(sys.modules, "strange")
     done = typed_here("verify", "mine")
     assert done.returncode == 0, done.stdout
+    assert "of its rows are not checked: they come from strange-things 0.3" in done.stdout
     assert "; 4 more need a plant or an intervention that does not ship, or a real box, and are not" in done.stdout
     assert not (here / SUNG).exists()
 

@@ -1,4 +1,4 @@
-"""Measures of installed packages: in results.json, in a table and on the page, and what verification says of them."""
+"""Measures of installed packages: in results.json, in a table and on the page."""
 
 import strangers
 from builders import play_study, small_study, write_study
@@ -8,7 +8,6 @@ from lockprobe.foundation.formatting import NONE
 from lockprobe.report.format import entry_text
 from lockprobe.report.page import write_report
 from lockprobe.report.results import results
-from lockprobe.report.verify import verify
 from lockprobe.statistics.measures import measured
 
 STUDY = small_study(["random"], p=[0.0, 0.6], repetitions=1)
@@ -44,13 +43,3 @@ def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(
     assert said["truth", "hasty"] == entry_text(hasty)
     assert said["truth", "breaks"] == NONE
     assert said["truth", "untold"] == "0"  # the same in every trial: no interval
-
-
-def test_verification_takes_them_from_the_results_and_runs_no_package(tmp_path, monkeypatch):
-    with monkeypatch.context() as installed:
-        strangers.install(tmp_path, installed, points=POINTS)
-        directory = write_study(tmp_path / "study", STUDY)
-        write_report(directory)
-    checks = {check.name: check for check in verify(directory)}
-    assert all(check.holds for check in checks.values())
-    assert checks["results"].said.endswith("; 8 of its rows are not checked: they come from strange-things 0.3")

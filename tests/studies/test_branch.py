@@ -131,20 +131,6 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
     assert broken.key not in branching(planned, [broken, *trials[1:]]).trials
 
 
-def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path):
-    """The record cannot be reached again: every fork breaks, names the step, and is owed."""
-    planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
-    trials = run_study(planned, tmp_path)
-    other = [
-        replace(trial, steps=(replace(trial.steps[0], told="Something else."), *trial.steps[1:])) for trial in trials
-    ]
-    with Journal.open(tmp_path / FORKS, planned) as journal:
-        play_forks(branching(planned, other, at=["3"]), journal)
-    forks = load(tmp_path / FORKS)
-    assert {fork.ending for fork in forks} == {"error"}
-    assert all(fork.owed_again and "step 1 cannot be replayed" in fork.error.message for fork in forks)
-
-
 def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(tmp_path):
     asked = {"box": "random-8-1", "p": [0.3], "trials": 2, "repetitions": 1, "max_steps": 10}
     planned, limits = study("flips", agent="llm:openai-api/fake/model", **asked), Limits(access=Access(connections=32))

@@ -42,3 +42,11 @@ def test_one_agent_has_nobody_beside_it(tmp_path):
     found = played(tmp_path, {"llm:a": (9, 8)})
     assert 'id="agents_compared"' not in Page(found=found).text()
     assert tables_of(found)["comparisons"] == []
+
+
+def test_agents_that_play_alike_are_said_to_and_have_no_test(tmp_path):
+    found = played(tmp_path, {"llm:a": (2, 7), "llm:b": (2, 7), "llm:c": (9, 9)})
+    head, *rows = tables_of(found)["comparisons"]
+    assert [row[head.index("conclusion")] == "play alike" for row in rows] == [True, False, False]
+    pairs = found.where("success_difference", family="agents")
+    assert [(row.p_value is None, row.corrected_for) for row in pairs] == [(True, 1), (False, 3), (False, 3)]
