@@ -3,17 +3,18 @@
 import signal
 import subprocess
 import tomllib
+from dataclasses import replace
 
 import forked
 import pytest
-from builders import small_study, write_study
+from builders import make_trial, small_study, write_study
 from seated import diary_of, people_study, short, take_part
 from stored import timings
 from typed import in_process
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLES, study_and_people
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict, DirectoryBusy, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict, DirectoryBusy, SettingsChanged, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment, read_words
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.records.directory import read_study
@@ -32,17 +33,18 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
     asked = ["serve", "flips", "--port", 0, "--out", tmp_path / "study"]
     process = forked.start(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     try:
-        said = [process.stdout.readline().rstrip() for _ in range(8)]
-        assert said[0] == "flips on 8 boxes for people: 160 trials, 4 for each person"
+        said = [process.stdout.readline().rstrip() for _ in range(9)]
+        assert said[0] == "flips on 8 boxes for people, 160 trials: 40 persons, 4 boxes each"
         assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[2]
         assert "?preview=" in said[3]
         assert said[4].endswith(str(tmp_path / "study"))
-        assert "names nobody as responsible" in said[5]
-        assert "--join-code CODE, or require_id in people.toml" in said[6]
+        assert f"--agent participant --agent human-inspired --trials 5 --repetitions 1 --out {tmp_path}" in said[5]
+        assert "names nobody as responsible" in said[6]
+        assert "--join-code CODE, or require_id in people.toml" in said[7]
         port = said[1].rpartition(":")[2].rstrip("/")
         with pytest.raises(BadValue, match="port: .* in use"):
             in_process("serve", "flips", "--port", port, "--out", tmp_path / "other")
-        assert said[7].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
+        assert said[8].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
     finally:
         process.send_signal(signal.SIGINT)
         rest, errors = process.communicate(timeout=20)
@@ -79,6 +81,22 @@ def test_how_people_take_part_is_asked_for_or_stays_as_it_was(tmp_path):
     (tmp_path / "people" / "experiment.json").write_text("{")
     with pytest.raises(BadFile, match="not JSON"):
         settings(None, {}, tmp_path)
+
+
+def test_more_people_than_there_are_trials_for_are_refused_with_what_adds_trials(tmp_path):
+    people = tmp_path / "people.toml"
+    people.write_text("participants = 24\ntrials_each = 8\n")
+    said = "participants: got 24, expected at most 10, whom 80 trials are enough for, 8 for each; --people 24 without"
+    with pytest.raises(BadValue, match=said):
+        study_and_people("flips", {"p": [0.0, 0.4]}, [str(people)], {}, tmp_path)
+    planned = study_and_people("flips", {"p": [0.0, 0.4]}, [str(people), "24"], {}, tmp_path)[0]
+    assert (planned.invited, planned.trials) == (192, 96)
+    write_study(tmp_path / "study", planned, [make_trial([0, 1], agent="random")])
+    with (
+        pytest.raises(SettingsChanged, match="trials on each of 8 boxes is 12 there, 5 asked"),
+        Journal.open(tmp_path / "study", replace(planned, trials=40)),
+    ):
+        pass
 
 
 def test_examples_are_written_to_be_edited_and_never_over_something(tmp_path):

@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import binomtest
 from solved import TRUTH, drawn, people, rng, smallest, study, unequal_luck
 
+from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.differences import any_difference, each_difference
 from lockprobe.statistics.distributions import sign_test
 from lockprobe.statistics.outcomes import BlockOrder
@@ -135,4 +136,7 @@ def test_only_blocks_that_both_have_are_compared_and_keep_their_places():
 def test_people_come_as_they_please_and_are_compared_at_one_look():
     found = people(rng(), 6, 5, 0.5)
     ordered = replace(found, order=BlockOrder(plans=((1, 30),)))
-    assert any_difference(ordered, rng()) == any_difference(found, rng())
+    (at, *_) = judged = any_difference(found, rng())
+    assert any_difference(ordered, rng()) == judged
+    one = found.at(found.dose == found.dose.min())
+    assert at.first == share_of(one.solved, one.player, one.luck)  # as every table has it

@@ -17,10 +17,11 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
+from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
-from lockprobe.people.assignment import boxes_each, conditions_of, trials_for
+from lockprobe.people.assignment import boxes_each, conditions_of, places_in, trials_for
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import (
     LANGUAGES,
@@ -135,12 +136,18 @@ def serve(
             said = {"url": where.url, "study_url": address, "preview_url": preview, "directory": str(directory)}
             print(json_.dumps(said), flush=True)
             return
-        size, each = planned.size // len(planned.agents), boxes_each(planned, experiment)
-        print(f"{planned.name} on {planned.boxes_in_words} for people: {size} trials, {each} for each person")
+        places, each = places_in(planned, experiment), boxes_each(planned, experiment)
+        persons, boxes = count(min(experiment.participants or places, places), "person"), count(each, "box", "boxes")
+        print(
+            f"{planned.name} on {planned.boxes_in_words} for people, {planned.invited} trials: {persons}, {boxes} each"
+        )
         print(f"Participants  {where.url}")
         print(f"To paste      {address}  (placeholders of the recruitment platform)")
         print(f"Preview       {preview}  (nothing is kept, and no place taken)")
         print(f"Kept in       {directory}")
+        sizes = f"--trials {planned.trials // len(planned.boxes)} --repetitions {planned.repetitions} --out {directory}"
+        also = f"lockprobe run {planned.name} … --agent {PEOPLE} --agent human-inspired {sizes}"
+        print(f"Strategies    {also}  (with the server stopped; … are your other options)")
         if any(words.consent == read_words(language).consent for language in LANGUAGES):
             print(_UNNAMED)
         if not (experiment.join_code or experiment.require_id):
@@ -190,7 +197,13 @@ def study_and_people(
         more = planned.strategy_trials if "strategy_trials" in asked else None
         trials = ceil(luck / len(planned.boxes)) * len(planned.boxes)
         planned = replace(planned, repetitions=repetitions, trials=trials, strategy_trials=more)
-    return planned, directory(), experiment(directory())
+    found = experiment(directory())
+    if (asked_for := found.participants) and asked_for > (places := places_in(planned, found)):
+        has = f"whom {planned.invited} trials are enough for, {boxes_each(planned, found)} for each"
+        raise BadValue(
+            "participants", asked_for, f"at most {places}, {has}; --people {asked_for} without --trials adds more"
+        )
+    return planned, directory(), found
 
 
 def _write_examples(language: str, texts: Path | None, people: Path | None) -> None:

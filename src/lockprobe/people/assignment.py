@@ -44,6 +44,11 @@ def boxes_each(study: Study, experiment: Experiment) -> int:
     return min(experiment.trials_each or len(conditions_of(study)), study.repetitions * study.trials)
 
 
+def places_in(study: Study, experiment: Experiment) -> int:
+    """How many participants the study has trials for."""
+    return study.invited // boxes_each(study, experiment)
+
+
 def trials_for(people: int, conditions: int, repetitions: int, experiment: Experiment) -> int:
     """Trials per condition and repetition that give this many people places.
 

@@ -226,6 +226,7 @@ def _difference(
         people = np.where(both.player == "", alone, both.player)
         people = np.char.add(later.astype(np.str_), people) if apart else people
         found = clustered_difference(both.solved, later, people, luck, choices=choices)
+        first, second = (share_of(one.solved, one.player if one.crossed else (), one.luck) for one in (before, after))
     elif apart:
         found, test = difference(first, second) or Difference(value=math.nan), "Fisher"
     else:

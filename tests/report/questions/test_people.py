@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
+from reported import tables_of
 from taking_part import take_part
 
 from lockprobe.people.withdrawal import withdraw
@@ -74,6 +75,13 @@ def test_who_left_early_counts_as_every_person_does(tmp_path):
     assert [(one.count, one.n) for one in positions] == [(1, 3), (2, 2)]
     assert "with every person counted alike it is 50&nbsp;%." in Page(found=found).text()
     assert "Of their first boxes they opened 1 of 3 (" in Page(found=found).text()
+
+
+def test_nothing_is_decided_of_fewer_people_than_a_test_needs(tmp_path):
+    trials = [make_trial((0,) * 20, agent="participant:aaaa", trial=i) for i in range(1, 11)]
+    found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 10), trials)
+    said = {tuple(row[6:]) for row in tables_of(found)["claims"] if row[4] == "people"}
+    assert said == {("not decided", "fewer than 7 people", "–")}
 
 
 def test_the_page_says_who_came_to_the_end(tmp_path):

@@ -26,6 +26,7 @@ from lockprobe.report.prose import false_reports
 from lockprobe.report.rows import RECONSTRUCTED, Cell, Course, Fact, Results, clearness
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table
 from lockprobe.statistics import published
+from lockprobe.statistics.blocks import FEWEST
 from lockprobe.statistics.distributions import welch_test
 from lockprobe.statistics.modalities import by_fidelity, spoken
 from lockprobe.statistics.multiple_testing import holm
@@ -273,6 +274,13 @@ def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
     yield from said.values()
 
 
+def _decided(found: Results, agent: str, said: Judged) -> Judged:
+    """What it says to a claim; nothing is decided of fewer people than a test needs."""
+    everyone = found.get("people", agent=agent, modality="", condition="")
+    few = everyone is not None and (everyone.value or 0) < FEWEST
+    return said._replace(verdict="not decided", test=f"fewer than {FEWEST} people", p_value=None) if few else said
+
+
 def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[Judged]:
     """What each agent that speaks to a claim says to it, as tables call the agent."""
     subjects = [one for one in courses if one.subject]
@@ -282,14 +290,14 @@ def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> 
             by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
             shown = found.where("modality_effect", agent=agent)
             if shown and (said := _of_modalities(found, agent, by, claim)):
-                yield said._replace(agent=agent)
+                yield _decided(found, agent, said)._replace(agent=agent)
         return
     judge = _over_rates if claim.judge in _OVER_RATES else _told_the_truth
     of_strategy = [one for one in courses if one.agent in found.reconstructed]
     for one in of_strategy if claim.of == "strategy" else subjects:
         heard = one.played and one.played[0].dose == 0 and not (one.blind and claim.judge in _OVER_RATES)
         if heard and spec_name(one.modality) == claim.modality and (said := judge(one, claim)):
-            yield said._replace(agent=one.label)
+            yield _decided(found, one.agent, said)._replace(agent=one.label)
 
 
 def not_judged(found: Results) -> str:

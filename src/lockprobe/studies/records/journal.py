@@ -220,6 +220,10 @@ def _claimed(directory: Path, study: Study, recorded: Mapping[str, int]) -> Stud
     if played or (path.exists() and recorded["act"]):  # who has joined plays this study
         there = read_study(directory)
         if different := study.differences(there, but=SIZES if len(there.earlier) < len(study.earlier) else ()):
+            for name in ("trials", "strategy_trials") if len(study.boxes) == len(there.boxes) > 1 else ():
+                if name in different:  # as they are typed
+                    per_box = tuple(one and one // len(study.boxes) for one in different.pop(name))
+                    different[f"{name} on each of {len(study.boxes)} boxes"] = per_box
             raise SettingsChanged(directory, different)
         study = replace(
             study.ordered_as(there),
