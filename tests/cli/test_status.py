@@ -15,6 +15,7 @@ from lockprobe.report.page import write_report
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 DEAR, FREE = "llm:fake/dear", "llm:fake/unheard"
@@ -88,6 +89,10 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
     assert "open        3 trials unfinished, 2 replies kept for them" in lines
     assert "uncounted   1 attempt of unknown cost" in lines
     assert "steps       8 in 2.0 s of playing, summed over parallel trials" in lines
+    with Journal.open(tmp_path / "s", planned(DEAR, FREE, "random")):  # it is still played
+        facts, lines = told(tmp_path / "s")
+    assert (facts["on_their_way"], facts["broken_off"], facts["unpriced"]) == (1, 0, 0)
+    assert "open        3 trials unfinished, 2 replies kept for them, 1 call on their way" in lines
 
 
 def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):

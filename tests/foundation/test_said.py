@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 import pytest
 
+from lockprobe.foundation import errors
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, advice, needing
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.redaction import without_keys
@@ -45,13 +46,13 @@ def test_an_error_steers_no_terminal_and_is_one_line_and_texts_keep_their_script
     ],
 )
 def test_advice_for_a_missing_package_is_that_of_the_tool_in_use(monkeypatch, pip, uv):
-    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    monkeypatch.setattr(errors, "CLONED", False)
     assert advice(pip) == pip
     assert str(Missing("x", pip)) == f"x: {pip}"
     expected = r"^films need the package nowhere: pip install 'lockprobe-robot\[film\]'$"
     with pytest.raises(Missing, match=expected), needing("films", "film", "lockprobe-robot"):
         import nowhere  # noqa: F401
-    monkeypatch.setenv("UV_RUN_RECURSION_DEPTH", "1")
+    monkeypatch.setattr(errors, "CLONED", True)
     assert advice(pip) == advice(uv) == uv
     assert str(Missing("x", pip)) == f"x: {uv}"
 

@@ -56,15 +56,20 @@ def doctor(
     model: Annotated[str, typer.Argument(metavar="[MODEL]", help="A model, as for --agent: llm:openai/gpt-4o.")] = "",
     json: options.AsJson = False,
 ) -> None:
-    """Check what works on this machine, and how to repair the rest; or ask a model once, and say what it shows."""
+    """Check what works on this machine, and how to repair the rest; or ask a model once, and say what it shows.
+
+    Exit status 1: something is wrong with the model.
+    """
     if model and resolve(model).engine != "network":
         raise BadValue("model", model, "a model that is served, such as llm:openai/gpt-4o or llm:ollama/llama3.2")
     if model:
         from lockprobe.agents.llm.probe import probe
 
-        found = iter(asyncio.run(probe(model)))
+        found = asyncio.run(probe(model))
     for what, ok, detail in found if model else examine():
         if json:
             print(json_.dumps({"what": what, "ok": ok, "detail": detail}))
         else:
             print(f"{'ok     ' if ok else 'wrong  ' if model else 'missing'}  {what}: {detail}")
+    if model and not all(ok for _, ok, _ in found):
+        raise typer.Exit(1)

@@ -23,6 +23,7 @@ from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.costs.spending import Spending, spent_by_agent, total
 from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
+from lockprobe.studies.records.journal import is_being_written
 from lockprobe.studies.records.read_records import Tally, load, standing
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
@@ -36,6 +37,8 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
     report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
     kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in found.over}
     begun = {call.key for call in logged if call.broken_off and call.key not in found.over} | kept.keys()
+    flying = {call.key: call for call in logged if call.key not in found.over} if is_being_written(directory) else {}
+    logged = [call for call in logged if not (call.broken_off and call is flying.get(call.key))]
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
@@ -43,6 +46,7 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
         "first_errors": found.first_errors,
         "in_progress": len(begun),
         "in_progress_calls": sum(kept.values()),
+        "on_their_way": sum(call.broken_off for call in flying.values()),
         "steps": found.steps,
         "seconds_playing": found.seconds,
         "forks": sum(not fork.owed_again for fork in read_forks(directory)),
@@ -111,7 +115,8 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
         yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:
         unfinished = count(facts["in_progress"], "trial")
-        yield "open", f"{unfinished} unfinished, {facts['in_progress_calls']} replies kept for them"
+        flying = f", {count(facts['on_their_way'], 'call')} on their way" if facts["on_their_way"] else ""
+        yield "open", f"{unfinished} unfinished, {facts['in_progress_calls']} replies kept for them{flying}"
     yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
     if facts["reported"] is not None:
         behind = facts["finished"] - facts["reported"]

@@ -7,7 +7,6 @@ A ``UserMistake`` is printed as one line, with exit status 2 and no traceback. A
 from __future__ import annotations
 
 import difflib
-import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -22,6 +21,9 @@ Boundary = Literal["model", "reply", "refusal", "plant", "channel", "participant
 
 FINAL: tuple[Boundary, ...] = ("reply", "refusal")
 """The boundaries at which the agent itself broke its trial. That is a finding, so the trial is not owed again."""
+
+CLONED = (Path(__file__).parents[3] / "uv.lock").is_file()
+"""Whether this is Lockprobe's own source."""
 
 _LONGEST_FAULT, _LONGEST_MISTAKE = 1000, 4000
 """The most characters kept of the error that broke a trial, and printed of a user's mistake."""
@@ -115,8 +117,8 @@ class BrokenPlugin(UserMistake):
 
 
 def advice(remedy: str) -> str:
-    """Advice for pip (``pip install 'lockprobe[web]'``); for uv where ``uv run`` started this process."""
-    if "UV_RUN_RECURSION_DEPTH" not in os.environ:  # set by uv run for what it starts
+    """Advice for pip (``pip install 'lockprobe[web]'``); for uv in a clone, whose extras no registry has to have."""
+    if not CLONED:
         return remedy
     remedy = re.sub(r"pip install '?lockprobe\[([\w-]+)\]'?", r"uv sync --extra \1", remedy)
     remedy = re.sub(r"pip install '?lockprobe-robot\[([\w-]+)\]'?", r"uv sync --all-packages --extra \1", remedy)

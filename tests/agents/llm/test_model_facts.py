@@ -17,6 +17,7 @@ from lockprobe.agents.llm.model_facts import (
 )
 from lockprobe.agents.llm.settings import Model
 from lockprobe.foundation.errors import BadFile
+from lockprobe.studies.costs.spending import most_dollars
 from lockprobe.trial.model_call import Usage
 
 PRICE = '{ input = 2.0, cached = 0.5, output = 8.0, date = "2026-01-02", source = "a list" }'
@@ -95,9 +96,10 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped_and_a_pr
         ("[[modle]]\nmatch = ['a']", r"modle \[key\]: expected .model."),
         ("model = [3]", "model 1: "),
         ("[[model]]\nimages = true", "model 1 match: "),
-        ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", "model 2 image: .*; keys are match,"),
+        ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", "model 2 image: .*keys are reasons, .*, match"),
         ("[[model]]\nmatch = ['a']\nmost_output = -1", "model 1 most_output: expected "),
-        ("[[model]]\nmatch = ['a']\nprice = { input = 1.0 }", "model 1 price cached: "),
+        ("[[model]]\nmatch = ['a']\nprice = { in = 1.0, output = 2.0, date = 'd', source = 's' }",
+         r"model 1 price input: is missing; model 1 price in: no such key \(keys are input, cached, "),
         (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", "model 1 price input: "),
     ],
 )  # fmt: skip
@@ -106,6 +108,13 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
     with pytest.raises(BadFile, match=f"^{path}: {why}") as wrong:
         facts_of("openai/gpt-4o")
     assert "\n" not in str(wrong.value)
+
+
+def test_tokens_from_a_cache_cost_as_others_where_no_price_of_theirs_is_given(own):
+    own("[[model]]\nmatch = ['a/b']\nprice = { input = 3.0, output = 2.0, date = 'd', source = 's' }")
+    usage = Usage(calls=1, input_tokens=10, cached_tokens=4, output_tokens=1)
+    assert price_of("a/b").of(usage) == pytest.approx((10 * 3 + 2) / 1e6)
+    assert most_dollars(usage, price_of("a/b")) == pytest.approx((10 * 3 + 2) / 1e6)
 
 
 def test_a_price_that_no_file_has_is_the_one_of_the_package_and_routers_have_none(own):

@@ -7,6 +7,7 @@ from builders import SOLUTION, make_trial, play_study, played_by_people, small_s
 from reported import tables_of
 from taking_part import take_part
 
+from lockprobe.foundation.formatting import p_cell
 from lockprobe.people.withdrawal import withdraw
 from lockprobe.report.page import Page
 from lockprobe.report.results import results
@@ -81,7 +82,7 @@ def test_nothing_is_decided_of_fewer_people_than_a_test_needs(tmp_path):
     trials = [make_trial((0,) * 20, agent="participant:aaaa", trial=i) for i in range(1, 11)]
     found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 10), trials)
     said = {tuple(row[6:]) for row in tables_of(found)["claims"] if row[4] == "people"}
-    assert said == {("not decided", "fewer than 7 people", "–")}
+    assert said == {("not decided", "fewer than 7 people", p_cell(None))}
 
 
 def test_the_page_says_who_came_to_the_end(tmp_path):

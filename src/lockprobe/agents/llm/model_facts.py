@@ -45,14 +45,14 @@ class Price:
 
     Attributes:
         input: For tokens read.
-        cached: For tokens read that the provider had in its cache.
+        cached: For tokens read that the provider had in its cache; None if they cost as much as others.
         output: For tokens written, including reasoning.
         stored: For tokens read that the provider puts into its cache; None if they cost as much as others.
         date: When these prices were looked up, or the package that has them.
     """
 
     input: _Dollars
-    cached: _Dollars
+    cached: _Dollars | None = None
     output: _Dollars
     stored: _Dollars | None = None
     date: Annotated[str, BeforeValidator(str)]
@@ -60,9 +60,9 @@ class Price:
 
     def of(self, usage: Usage) -> float:
         """The cost of calls, in US dollars."""
-        stored = self.input if self.stored is None else self.stored
+        cached, stored = (self.input if one is None else one for one in (self.cached, self.stored))
         fresh = max(0, usage.input_tokens - usage.cached_tokens - usage.stored_tokens)
-        dollars = fresh * self.input + usage.cached_tokens * self.cached + usage.stored_tokens * stored
+        dollars = fresh * self.input + usage.cached_tokens * cached + usage.stored_tokens * stored
         return (dollars + usage.output_tokens * self.output) / 1e6
 
 
@@ -163,9 +163,11 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
             .get("model", ())
         )
     except ValidationError as error:
-        first = error.errors()[0]
-        where = " ".join(str(part + 1 if isinstance(part, int) else part) for part in first["loc"])
-        said = f"{where}: {plain(first['msg'])}"
-        if first["type"] == "unexpected_keyword_argument":
-            said += f"; keys are match, {', '.join(one.name for one in fields(ModelFacts))}"
-        raise BadFile(path, printable(said)) from None
+        wrong = list[str]()
+        for one in error.errors():
+            where = " ".join(str(part + 1 if isinstance(part, int) else part) for part in one["loc"])
+            wrong.append(f"{where}: {plain(one['msg'])}")
+            if one["type"] == "unexpected_keyword_argument":
+                of = Price if "price" in one["loc"] else Entry
+                wrong[-1] += f" (keys are {', '.join(key.name for key in fields(of))})"
+        raise BadFile(path, printable("; ".join(wrong))) from None

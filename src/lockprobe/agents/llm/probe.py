@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.agents.llm.answer import IN_REASONING
+from lockprobe.agents.llm.answer import CUT_OFF, IN_REASONING, MENDING
 from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import Access, Model
 from lockprobe.agents.prompt import Message, form
@@ -49,6 +49,8 @@ async def probe(spec: str) -> list[Shown]:
     said, url = answer.error, line.server.url
     if said.startswith("no "):
         return [("server", False, f"{url}: {said}")]
+    if re.search("answered (429|503)", said) and MENDING not in said:
+        return [("server", False, f"{url}: busy, try again ({said})")]
     if said:
         return [("server", True, url), ("key" if re.search("answered 40[13]", said) else "request", False, said)]
     return _shown(line, answer, seen)
@@ -66,6 +68,8 @@ def _shown(line: ModelClient, answer: Call, seen: str) -> list[Shown]:
         why = str(fault) if answer.stop != IN_REASONING else "the object stands in the reasoning and not in the reply"
     kept = "kept" if text.lstrip().startswith("{") and set(fields) == set(_NAMES) else "not kept, but it can be read"
     colour, in_words = fields.get("colour"), "" if schema == "none" else "; schema=none asks for it in words"
+    if why and answer.stop == CUT_OFF:
+        why, in_words = f"the reply was cut at {usage.output_tokens} tokens: raise max_tokens", ""
     seen = seen or ("read" if colour == "red" else f"sent; of a red one it said {colour!r}")
     counted = f"{usage.input_tokens} in, {usage.output_tokens} out"
     uncounted = "not counted: a budget takes the most for every call"

@@ -101,7 +101,7 @@ def agent_price(agent: str) -> Price | None:
 
 def most_dollars(usage: Usage | None, price: Price) -> float:
     """Upper bound of the cost of a usage, US dollars, whatever the cache does."""
-    used, dearest = usage or Usage(), max(price.input, price.cached, price.stored or 0.0)
+    used, dearest = usage or Usage(), max(price.input, price.cached or 0.0, price.stored or 0.0)
     return (used.input_tokens * dearest + used.output_tokens * price.output) / 1e6
 
 

@@ -208,6 +208,20 @@ def _lock(directory: Path, held: ExitStack) -> None:
         return
 
 
+def is_being_written(directory: Path) -> bool:
+    """Whether a process has a journal of the directory open; False where the file system has no locks."""
+    handle = os.open(directory, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(handle)
+    return False
+
+
 def _claimed(directory: Path, study: Study, recorded: Mapping[str, int]) -> Study:
     """The study that is played in a directory, after its settings were checked there, or written.
 
@@ -221,9 +235,11 @@ def _claimed(directory: Path, study: Study, recorded: Mapping[str, int]) -> Stud
         there = read_study(directory)
         if different := study.differences(there, but=SIZES if len(there.earlier) < len(study.earlier) else ()):
             for name in ("trials", "strategy_trials") if len(study.boxes) == len(there.boxes) > 1 else ():
-                if name in different:  # as they are typed
-                    per_box = tuple(one and one // len(study.boxes) for one in different.pop(name))
-                    different[f"{name} on each of {len(study.boxes)} boxes"] = per_box
+                if different.pop(name, None):  # as they are typed
+                    own, asked = (
+                        size and size // len(study.boxes) for size in (getattr(there, name), getattr(study, name))
+                    )
+                    different[f"{name} on each of {len(study.boxes)} boxes"] = own, asked
             raise SettingsChanged(directory, different)
         study = replace(
             study.ordered_as(there),
