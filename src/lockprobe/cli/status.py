@@ -11,20 +11,17 @@ from typing import Any
 from lockprobe.cli import options
 from lockprobe.cli.format_cost import in_boundaries, money, spent_facts
 from lockprobe.cli.printing import print_rows
-from lockprobe.cli.result import decided, read_result
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
+from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.people.diary import flow_of, read_diaries
-from lockprobe.people.withdrawal import withdrawn
-from lockprobe.studies import FORKS
-from lockprobe.studies.branch import read_forks
+from lockprobe.studies import FORKS, RESULTS
 from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.costs.spending import Spending, spent_by_agent, total
-from lockprobe.studies.decisions import planned_now
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import is_being_written
 from lockprobe.studies.records.read_records import Tally, load, standing
+from lockprobe.studies.records.store import STORE
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -32,9 +29,27 @@ from lockprobe.trial.record import Trial
 def status(directory: options.Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), read_calls(directory)
-    found = standing(directory, study)
-    trials = load(directory) if study.until else []
-    report, flow = read_result(directory), flow_of(read_diaries(directory), withdrawn(directory))
+    found, flow, forks, report = standing(directory, study), dict[str, int](), list[Trial](), None
+    trials, planned = load(directory) if study.until else [], study.size
+    if study.invited:  # what a study does not have takes longer to import than its trials to count
+        from lockprobe.people.diary import flow_of, read_diaries
+        from lockprobe.people.withdrawal import withdrawn
+
+        flow = flow_of(read_diaries(directory), withdrawn(directory))
+    if is_there(directory / FORKS / STORE):
+        from lockprobe.studies.branch import read_forks
+
+        forks = read_forks(directory)
+    if is_there(directory / RESULTS):
+        from lockprobe.cli.result import read_result
+
+        report = read_result(directory)
+    said = list[str]()
+    if study.until:
+        from lockprobe.cli.result import decided
+        from lockprobe.studies.decisions import planned_now
+
+        planned, (said, answers) = planned_now(study, trials), decided(study, trials)
     kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in found.over}
     begun = {call.key for call in logged if call.broken_off and call.key not in found.over} | kept.keys()
     flying = {call.key: call for call in logged if call.key not in found.over} if is_being_written(directory) else {}
@@ -42,23 +57,19 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
-        **_played(study, found.tallies, trials),
+        **_played(study, found.tallies, planned),
         "first_errors": found.first_errors,
         "in_progress": len(begun),
         "in_progress_calls": sum(kept.values()),
         "on_their_way": sum(call.broken_off for call in flying.values()),
         "steps": found.steps,
         "seconds_playing": found.seconds,
-        "forks": sum(not fork.owed_again for fork in read_forks(directory)),
+        "forks": sum(not fork.owed_again for fork in forks),
         "reported": None if report is None else report.progress.finished,
         "participants": flow
         and {"joined": flow["consented"], "finished": flow["finished"], "withdrawn": flow["withdrawn"]},
         "settings_hash": study.settings_hash,
-    }
-    said = list[str]()
-    if study.until:
-        said, facts["decided"] = decided(study, trials)
-        facts["until"] = str(study.until)
+    } | ({"decided": answers, "until": str(study.until)} if study.until else {})
     spent, on_forks = spent_by_agent(logged), spent_by_agent(read_calls(directory / FORKS))
     if json:
         agents = {study.label_of(agent): spent_facts(own) for agent, own in spent.items()}
@@ -75,12 +86,9 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
         _print_calls(study, spent, on_forks)
 
 
-def _played(study: Study, records: Sequence[Tally], trials: Sequence[Trial]) -> dict[str, object]:
-    """What is planned, played, owed and broken. ``trials`` are those of a study that stops when it is decided.
-
-    People's trials are counted apart from the others.
-    """
-    numbers, errors, planned = Counter[str](), Counter[str](), planned_now(study, trials)
+def _played(study: Study, records: Sequence[Tally], planned: int) -> dict[str, object]:
+    """What is planned, played, owed and broken; people's trials are counted apart from the others."""
+    numbers, errors = Counter[str](), Counter[str]()
     for one in records:
         of = "people_" * bool(one.player)
         numbers[f"{of}done"] += one.number * (not one.owed_again)
