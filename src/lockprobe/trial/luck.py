@@ -93,35 +93,50 @@ def numbers(
     Seed, repetition, trial and step may be arrays whose shapes broadcast; step 0 is what is drawn once a trial. The
     result has their shape, of at least one dimension, and ``places`` behind it.
     """
-    seeds = np.atleast_1d(np.array(seed, object))  # of any size
-    keys = np.array([_key(one, box, stream) for one in seeds.ravel().tolist()], np.uint64).T.reshape(2, *seeds.shape)
-    parts = [np.atleast_1d(np.asarray(part, np.uint64)) for part in (step, trial, repetition)]
-    counters = np.broadcast_arrays(*parts)
-    blocks = [_philox(np.full_like(counters[0], 1 + block), *counters, *keys) for block in range(-(-places // 4))]
-    words = np.stack([word for block in blocks for word in block], axis=-1)[..., :places]
+    return drawn(keys(box, stream, seed), repetition=repetition, trial=trial, step=step, places=places)
+
+
+def keys(box: str, stream: str, seed: ArrayLike) -> _Words:
+    """The keys of a stream under seeds of any size in the ten rounds of Philox: two words, shape (10, 2, seeds)."""
+    seeds = np.atleast_1d(np.array(seed, object))
+    first = np.array([_key(one, box, stream) for one in seeds.ravel().tolist()], np.uint64).T.reshape(2, *seeds.shape)
+    return np.stack([first + np.uint64(turn) * _BUMPS.reshape(2, *(1,) * seeds.ndim) for turn in range(10)])
+
+
+def drawn(
+    keys: _Words, *, repetition: ArrayLike, trial: ArrayLike, step: ArrayLike = 0, places: int = 1
+) -> NDArray[np.float64]:
+    """The numbers of a stream with these :func:`keys`, as :func:`numbers` gives them."""
+    counters = (np.atleast_1d(np.asarray(part, np.uint64)) for part in (trial, step, repetition))
+    trials, steps, repetitions = np.broadcast_arrays(*counters)
+    blocks = [_philox(np.uint64(1 + block), trials, steps, repetitions, keys) for block in range(-(-places // 4))]
+    words = np.stack([word for block in blocks for word in block][:places], axis=-1)
     return np.asarray((words >> np.uint64(11)) * 2.0**-53, np.float64)
 
 
-_FACTORS = (0xD2E7470EE14C6C93, 0xCA5A826395121157)
-_BUMPS = (np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B))
+_FACTORS = np.array((0xD2E7470EE14C6C93, 0xCA5A826395121157), np.uint64)
+_BUMPS = np.array((0x9E3779B97F4A7C15, 0xBB67AE8584CAA73B), np.uint64)
 
 
-def _philox(
-    first: _Words, second: _Words, third: _Words, fourth: _Words, key: _Words, other: _Words
-) -> tuple[_Words, ...]:
-    """The four outputs of Philox4x64-10 at these counters."""
+def _philox(block: np.uint64, trial: _Words, step: _Words, repetition: _Words, keys: _Words) -> tuple[_Words, ...]:
+    """The four outputs of Philox4x64-10 at the counters (block, step, trial, repetition)."""
     half, low = np.uint64(32), np.uint64(2**32 - 1)
-
-    def product(factor: int, words: _Words) -> tuple[_Words, _Words]:
-        """The higher and the lower 64 bits of the products."""
-        upper, lower = np.uint64(factor >> 32), np.uint64(factor % 2**32)
-        high, rest = words >> half, words & low
-        crossed, across = upper * rest, lower * high
-        middle = (lower * rest >> half) + (crossed & low) + across
-        return upper * high + (crossed >> half) + (middle >> half), np.uint64(factor) * words
-
-    for _ in range(10):
-        (above, below), (upper, lower) = product(_FACTORS[0], first), product(_FACTORS[1], third)
-        first, second, third, fourth = upper ^ second ^ key, lower, above ^ fourth ^ other, below
-        key, other = key + _BUMPS[0], other + _BUMPS[1]
-    return first, second, third, fourth
+    factors = _FACTORS.reshape(2, *(1,) * trial.ndim)
+    upper, lower = factors >> half, factors & low
+    even, odd = np.stack((np.full_like(trial, block), trial)), np.stack((step, repetition))
+    for key in keys:  # in place where that is possible: half of the time of an environment is spent here
+        high, rest = even >> half, even & low
+        product = lower * rest
+        product >>= half
+        product += upper * rest
+        rest = product & low
+        product >>= half
+        rest += lower * high
+        rest >>= half
+        high *= upper
+        high += product
+        high += rest  # the higher 64 bits of the products
+        odd ^= key
+        even *= factors
+        even, odd = high[::-1] ^ odd, even[::-1]
+    return even[0], odd[0], even[1], odd[1]

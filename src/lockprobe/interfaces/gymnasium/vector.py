@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interfaces.gymnasium.environment import BLOCKED, EnvironmentSettings, EpisodeKey, Vector
 from lockprobe.simulation.kernel import Boxes
-from lockprobe.trial.luck import numbers
+from lockprobe.trial.luck import drawn, keys
 
 Flags = NDArray[np.bool_]
 
@@ -49,11 +48,10 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         self.single_action_space, self.single_observation_space = spaces.Discrete(joints), self.settings.space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._next: list[EpisodeKey] = []
+        self._seeds = list[int]()
+        self._repetition, self._trial = np.zeros((2, num_envs), dtype=np.int64)
         self._rows, self._bits = np.arange(num_envs), np.arange(2**joints)[:, None] >> np.arange(joints) & 1
         self._boxes = Boxes(box.may_move, box.start, flip, np.tile(np.arange(joints), (num_envs, 1)))
-        budget = self.settings.study.max_steps
-        self._luck = np.ones((num_envs, budget + 1, flip.numbers(joints)))
         self._taken = np.zeros(num_envs, dtype=np.int64)
         self._over = np.zeros(num_envs, dtype=np.bool_)
         self._seen = np.zeros(self.observation_space.shape or (), dtype=np.int64)
@@ -77,9 +75,14 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         )
         if len(seeds) != self.num_envs:
             raise BadValue("seed", seed, f"a whole number, or {self.num_envs} of them")
-        before = self._next or map(EpisodeKey, self.np_random.integers(2**31, size=self.num_envs).tolist())
+        before = map(EpisodeKey, self.np_random.integers(2**31, size=self.num_envs).tolist())
+        if self._seeds:
+            before = map(EpisodeKey, self._seeds, self._repetition.tolist(), (self._trial + 1).tolist())
         now = [key if own is None else EpisodeKey(own) for own, key in zip(seeds, before, strict=True)]
-        self._next = [key.chosen(options) for key in now]
+        self._seeds, self._repetition[:], self._trial[:] = map(
+            list, zip(*(key.chosen(options) for key in now), strict=True)
+        )
+        self._keys = keys(self.settings.study.box.name, f"{self._flip.stream}-0", self._seeds)
         self._begin(self._rows)
         return self._observed(), {}
 
@@ -92,41 +95,39 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             BadValue: If an action is no joint, or the number of actions is wrong.
             ResetNeeded: If no trial is under way.
         """
-        if not self._next:
+        if not self._seeds:
             raise ResetNeeded("no trial is under way: call reset()")
         places, last = np.asarray(actions), self.settings.box.joints - 1
         integers = places.shape == (self.num_envs,) and np.issubdtype(places.dtype, np.integer)
         if not integers or places.min() < 0 or places.max() > last:
             raise BadValue("actions", actions, f"{self.num_envs} whole numbers from 0 to {last}")
         places, resting = places.astype(np.int64, copy=False), self._over
-        drawn = self._luck[self._rows, self._taken].T
-        joints, moved, outcome = self._boxes.attempt(self._rows, places, drawn)
         self._taken += 1
+        count = self._flip.numbers(last + 1)
+        luck = np.ones((1, count))
+        if self._flip.p:
+            of = {"repetition": self._repetition, "trial": self._trial, "step": self._taken}
+            luck = drawn(self._keys, **of, places=count)
+        joints, moved, outcome = self._boxes.attempt(self._rows, places, luck.T)
         self._seen[:, 1] = places + 1
         if self.settings.outcomes:
             self._seen[:, 2] = BLOCKED + outcome
         solved = moved & (joints == self.settings.box.target) & ~resting
         truncated = (self._taken >= self.settings.study.max_steps) & ~solved & ~resting
-        if resting.any():
-            self._begin(np.flatnonzero(resting))
+        if (rows := np.flatnonzero(resting)).size:
+            self._trial[rows] += 1
+            self._begin(rows)
         self._over = solved | truncated
         return self._observed(), solved.astype(np.float64), solved, truncated, {}
 
     def _begin(self, rows: NDArray[np.int64]) -> None:
-        """Begin the next trials in the given rows."""
-        keys = [self._next[row] for row in rows.tolist()]
-        for row, key in zip(rows.tolist(), keys, strict=True):
-            self._next[row] = key._replace(trial=key.trial + 1)
-        seed, repetition, trial = np.array(keys, object).reshape(-1, 3, 1).transpose(1, 0, 2)
+        """Begin trials in the given rows."""
         study, joints = self.settings.study, self.settings.box.joints
-        if (study.shuffle, study.layout) == ("never", "fixed"):
-            orders = np.tile(np.arange(joints), (len(rows), 1))
-        else:
-            orders = np.array([self.settings.listing(self.settings.plan(key)) for key in keys])
-        if self._flip.p:
-            steps, places = np.arange(1, study.max_steps + 1), self._flip.numbers(joints)
-            luck = partial(numbers, study.box.name, f"{self._flip.stream}-0", step=steps, places=places)
-            self._luck[rows, :-1] = luck(seed=seed, repetition=repetition, trial=trial)
+        orders = np.broadcast_to(np.arange(joints), (len(rows), joints))
+        if (study.shuffle, study.layout) != ("never", "fixed"):
+            now = zip(self._repetition[rows].tolist(), self._trial[rows].tolist(), strict=True)
+            episodes = (EpisodeKey(self._seeds[row], *one) for row, one in zip(rows.tolist(), now, strict=True))
+            orders = np.array([self.settings.listing(self.settings.plan(one)) for one in episodes])
         self._boxes.begin(rows, orders)
         self._over[rows] = False
         self._taken[rows] = 0
