@@ -160,6 +160,14 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     assert lockprobe("chance", "--length", "3", "--json")[0] == 0
 
 
+def test_a_name_that_two_packages_add_is_refused_with_both(tmp_path, monkeypatch):
+    for module in ("one", "two"):
+        (tmp_path / module).mkdir()
+        strangers.install(tmp_path / module, monkeypatch, module, points={"boxes": {"gate": "gate"}}, package=module)
+    with pytest.raises(BadValue, match="box: got 'gate', expected a name from only one package, not from .* and "):
+        find_box("gate")
+
+
 def test_nothing_of_a_package_is_imported_before_it_is_used(tmp_path, monkeypatch):
     strangers.install(tmp_path, monkeypatch, text="raise SystemExit('it ran')")
     assert resolve("first?place=2").sees

@@ -15,7 +15,7 @@ from __future__ import annotations
 import ast
 import importlib
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -27,7 +27,6 @@ from types import BuiltinFunctionType
 from typing import Any, Literal, NamedTuple
 
 from lockprobe.foundation.errors import BadValue, BrokenPlugin, LockprobeError, Missing, UserMistake
-from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec, arguments_from, spec_name, split_specs
 
 Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "tool"]
@@ -93,7 +92,7 @@ class Plugin:
 
     Attributes:
         name: Its name in a spec: that of the entry point, or ``python:module:Name``.
-        value: Where it is, ``module:Name``.
+        value: Where it is, ``module:Name``; empty if several packages have the name.
         package: The distribution with its version; empty for ``python:``.
         spec: The spec that names it, with its options.
     """
@@ -113,6 +112,8 @@ class Plugin:
         """Import it, if it may run here and can be found."""
         if not (self.ships or runs_foreign_code()):
             raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
+        if not self.value:
+            raise BadValue(self.kind, self.name, f"a name from only one package, not from {self.package}")
         module, _, path = self.value.partition(":")
         if not self.package:
             named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
@@ -165,24 +166,27 @@ def guarded(kind: str, name: str, package: str = "") -> Iterator[None]:
 
 
 @lru_cache(maxsize=32)
-def _added(kind: Kind, path: tuple[str, ...]) -> Mapping[str, Sequence[Plugin]]:
-    """What packages on an import path add under each name, sorted; cached because the search takes 15 ms.
+def _added(kind: Kind, path: tuple[str, ...]) -> Mapping[str, Plugin]:
+    """What packages on an import path add, by name, sorted; cached because the search takes 15 ms.
 
-    Nobody replaces what ships.
+    Nobody replaces what ships. What several others add under one name is nowhere.
     """
     from importlib.metadata import entry_points  # a tenth of a second, which most commands need not wait for
 
-    points = [(one, one.dist) for one in entry_points(group=GROUPS[kind])]
-    found = (
-        Plugin(kind, one.name, one.value, f"{of.name} {of.version}" if of else "another package") for one, of in points
-    )
-    named = sorted(grouped(found, lambda one: one.name).items())
-    return {name: [one for one in those if one.ships] or those for name, those in named}
+    found = dict[str, Plugin]()
+    for one in entry_points(group=GROUPS[kind]):
+        package = f"{one.dist.name} {one.dist.version}" if one.dist else "another package"
+        plugin, there = Plugin(kind, one.name, one.value, package), found.get(one.name)
+        if there is None or plugin.ships:
+            found[one.name] = plugin
+        elif there.value != plugin.value and not there.ships:
+            found[one.name] = replace(there, value="", package=f"{there.package} and {package}")
+    return dict(sorted(found.items()))
 
 
 def plugin_names(kind: Kind) -> tuple[str, ...]:
     """The names that packages of others add, sorted. Nothing is imported."""
-    return tuple(name for name, those in _added(kind, tuple(sys.path)).items() if not those[0].ships)
+    return tuple(name for name, one in _added(kind, tuple(sys.path)).items() if not one.ships)
 
 
 def find_plugin(kind: Kind, spec: str) -> Plugin | None:
@@ -190,11 +194,8 @@ def find_plugin(kind: Kind, spec: str) -> Plugin | None:
     name = spec_name(spec)
     if name.startswith(_DIRECT):
         return Plugin(kind, name, name.removeprefix(_DIRECT), spec=spec)
-    those = _added(kind, tuple(sys.path)).get(name, ())
-    if len({one.value for one in those}) > 1:
-        packages = " and ".join(one.package for one in those)
-        raise BadValue(kind, name, f"a name from only one package, not from {packages}")
-    return replace(those[0], spec=spec) if those else None
+    plugin = _added(kind, tuple(sys.path)).get(name)
+    return None if plugin is None else replace(plugin, spec=spec)
 
 
 def robot_plugin(kind: Kind, name: str, what: str) -> Plugin:
@@ -225,25 +226,22 @@ def listed_plugins(
     No package can add Lockprobe's ``own`` names. ``check`` raises a user's mistake if an object cannot be used.
     """
     rows = []
-    for name, those in _added(kind, tuple(sys.path)).items():
-        if those[0].ships:
+    for name, plugin in _added(kind, tuple(sys.path)).items():
+        if plugin.ships:
             continue
-        package = " and ".join(sorted({one.package for one in those}))
         try:
             if name in own:
                 raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
-            plugin = find_plugin(kind, name)
-            assert plugin is not None  # one of those that were found
             check(name, found := plugin.load())
-            rows.append(Listed(name, package, first_line(found), found))
+            rows.append(Listed(name, plugin.package, first_line(found), found))
         except UserMistake as mistake:
-            rows.append(Listed(name, package, f"Cannot be used. {mistake}"))
+            rows.append(Listed(name, plugin.package, f"Cannot be used. {mistake}"))
     return rows
 
 
 def plugin_name_of(kind: Kind, found: type[Any]) -> str:
     """The name under which an installed package has a class; ``python:module:Name`` if none has it."""
-    for one in (one for those in _added(kind, tuple(sys.path)).values() for one in those):
+    for one in _added(kind, tuple(sys.path)).values():
         if one.value.partition(":")[0].partition(".")[0] == found.__module__.partition(".")[0]:  # it may re-export it
             with suppress(UserMistake):
                 if one.load() is found:
