@@ -52,30 +52,6 @@ def test_a_terminal_gets_a_live_table(tmp_path):
     assert "steps/s" in text
 
 
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (["run", "flip"], "no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why"),
-        (["run", "flips", "--trials", "0"], "trials: got 0, expected at least 1"),
-        (["run", "none.toml"], "none.toml: cannot be read (No such file or directory)"),
-        (["status", "nowhere"], "nowhere: no study.json here; is it the directory of a study?"),
-        (["report", "nowhere"], "nowhere: no "),
-        (["loops", "none.txt"], "none.txt: cannot be read (No such file or directory)"),
-        (["fly"], "No such command 'fly'."),
-        (["box", "chain-4"], "No such command 'chain-4' of lockprobe box; there are check, list, show, generate"),
-        (["run", "flips", "--trials", "ten"], "Invalid value for '--trials': expected a whole number"),
-        (["run", "flips", "--workers", "0"], "Invalid value for '--workers': expected at least 1"),
-        (["run", "flips", "--budget", "x"], "Invalid value for '--budget': expected a number"),
-        (["serve", "--port", "80000"], "Invalid value for '--port': expected at most 65535"),
-    ],
-)
-def test_a_users_mistake_is_one_line_in_plain_words(lockprobe, tmp_path, monkeypatch, arguments, line):
-    monkeypatch.chdir(tmp_path)
-    status, said, error = lockprobe(*arguments)
-    assert (status, said, error.count("\n")) == (2, "", 1)
-    assert error.startswith("lockprobe: " + line)
-
-
 @pytest.mark.parametrize("group", [[], ["box"]])
 def test_without_a_command_the_help_is_printed_line_by_line(lockprobe, group):
     status, said, error = lockprobe(*group)

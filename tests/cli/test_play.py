@@ -9,7 +9,6 @@ from typed import in_process
 from typer.testing import CliRunner
 
 from lockprobe.cli import build
-from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.running.single import run_trial
 
 SEED = 16
@@ -98,12 +97,6 @@ def test_what_is_no_choice_costs_no_step():
 def test_q_stops_it_and_input_that_ends_too_early_is_a_failure(lines, status, last):
     done = CliRunner().invoke(build(["play"]), ["play", "--seed", str(SEED)], input=lines)
     assert (done.exit_code, done.stdout.endswith(f"\n{last}\n")) == (status, True)
-
-
-def test_a_mistake_is_said_in_one_line():
-    for arguments, kind in ((("--box", "nothing"), UnknownName), (("--p", 2), BadValue), (("--p", "0,0.4"), BadValue)):
-        with pytest.raises(kind):
-            play(*arguments)
 
 
 @pytest.fixture

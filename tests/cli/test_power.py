@@ -53,32 +53,3 @@ def test_how_many_persons_and_boxes_and_what_is_assumed(asked, lockprobe):
     (few, many), (_, most) = (row["boxes"]["measured"] for row in rows)
     assert (few["n"], many["n"], rows[1]["trials on each box"]) == (5, 20, 5)
     assert few["power"] <= 0.3 < many["power"] <= most["power"]
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("what", "no study is called 'what'"),
-        ("nowhere.toml", "cannot be read"),
-        ("--success 0.2,x", "numbers separated by commas"),
-        ("--success 0.2,0.7", "a share from 0 to 1 for each of 7 conditions"),
-        ("--success 0.2,1.7 --p 0,0.4", "got '0.2,1.7'"),
-        ("--p 0,0.4", "success: got '', expected a share from 0 to 1 for each of 2 conditions: truth; flip?p=0.4"),
-        ("--trials 1", "numbers of at least 2"),
-        ("--trials nan", "whole numbers"),
-        ("--trials 1e300", "whole numbers"),
-        ("--condition nudge --success 0.2,nan", "each of 2 conditions: truth; nudge"),
-        ("--agent random --p 0 --success 0.2", "a control and another condition"),
-        ("why --people --success 0.4,0.6", "--people cannot be combined with why"),
-        ("--people --condition nudge", "--people cannot be combined with --condition"),
-        ("--people --success 0.4", "two or more shares"),
-        ("--people --success 0.4,0.6 --persons 19", "persons: got [19], expected numbers of at least 20"),
-        ("--boxes-each 2", "power cannot be combined with --boxes-each"),
-        ("--over-boxes 5 --persons 40", "--over-boxes cannot be combined with --persons"),
-        ("--over-boxes 2 --success 0.2,0.4", "boxes: got [2], expected numbers of at least 5"),
-    ],
-)
-def test_mistakes_are_one_line(lockprobe, words, message):
-    status, said, error = lockprobe("power", *words.split())
-    assert (status, said, error.count("\n")) == (2, "", 1)
-    assert message in error

@@ -39,31 +39,6 @@ def test_a_study_grows_and_stays_as_large_as_it_is(lockprobe):
     assert lockprobe("verify", "d")[0] == 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "refused"),
-    [
-        ("--until soon", "until: got 'soon', expected decided, ±10"),
-        ("--until 60", "until: got '60', expected decided, ±10 or another number of points, from 1 to 50"),
-        ("--until decided --agent participant", "until: got 'decided', expected none with people"),
-        ("--condition trembel?p=0.1", "no intervention is called 'trembel' (did you mean 'tremble'?)"),
-        ("--sweep tremble?p=0.1", "expected several values of a dose"),
-        ("--condition rgb", "a plant with a camera"),
-        ("--condition python:nowhere:Nothing", "python:nowhere:Nothing"),
-        ("--condition lies=", "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
-        ("--condition =nudge", "condition: got '=nudge', expected NAME=SPEC"),
-        ("--condition flip", "got 'flip', expected one that does something; without p= it is the truth"),
-        ("--condition x=nudge --condition y=nudge", "another condition than x, which is the same"),
-        ("--p 0,0.4 --condition x=flip?p=0.4", "expected another condition than flip?p=0.4, which is the same"),
-    ],
-)
-def test_mistakes_are_one_line(lockprobe, tmp_path, arguments, refused):
-    agent = () if "--agent" in arguments else ("--agent", "random")
-    status, _, said = lockprobe(*ASKED, *arguments.split(), *agent)
-    assert (status, len(said.splitlines())) == (2, 1)
-    assert refused in said
-    assert not (tmp_path / "d").exists()
-
-
 def test_a_file_and_the_set_up_of_the_paper_can_stop_early(lockprobe, tmp_path):
     (tmp_path / "u.toml").write_text('agent = ["random"]\np = [0, 0.4]\nuntil = "decided"\ntrials = 5\n')
     assert lockprobe("run", "u.toml", "--trials", 10, "--no-report", "--out", "d")[0] == 0

@@ -133,36 +133,6 @@ def test_the_example_has_every_setting_as_it_is_by_default(language):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ((), "study: got None"),
-        (("",), "study: got ''"),
-        (("flips", "--p", "2"), "p"),
-        (("flips", "--texts", "xx"), "no language is called 'xx'"),
-        (("flips", "--texts", "none.toml"), "cannot be read"),
-        (("flips", "--people", "none.toml"), "cannot be read"),
-        (("flips", "--people", "9" * 5000), "participants: "),
-        (("flips", "--people", "a.toml", "--people", "b.toml"), "one file, one number, or one of each"),
-        (("flips", "--join-code", "a b"), "join_code"),
-        (("flips", "--condition", "flip?p=0.4 + history?last=3"), "got 'history?last=3', expected what is told"),
-        (("flips", "--condition", "hypothesis"), "the page asks for a joint and what the last action did"),
-        (("flips", "--condition", "nudge", "--texts", "de"), "texts: got 'de', expected English ones with nudge"),
-        (("flips", "--host", "0.0.0.0"), "give --public-url"),
-        (("flips", "--host", "no such"), "host: got 'no such'"),
-        (("flips", "--public-url", "ftp://a"), "public-url"),
-        (("flips", "--allow-host", "a:1"), "allow-host"),
-        ((".",), "no study.json here"),
-    ],
-)
-def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, arguments, said):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserMistake) as mistake:
-        build(["serve"])(["serve", *arguments, "--port", "0"], standalone_mode=False)
-    assert said in str(mistake.value)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
     ("what", "people", "asked", "found"),
     [
         ("flips", 40, {}, (4, 40, 1)),
