@@ -42,7 +42,6 @@ def test_the_level_of_a_length():
     ("words", "stdin", "said"),
     [
         ([""], "", "Is a directory"),
-        (["none.txt"], "", "none.txt: cannot be read"),
         (["-"], b"\xff\xfe\x00", "not text in UTF-8"),
         ([], "ABC\nA/B/C\n", "-: line 2: sequence: got 'A/B/C', expected actions with blanks or c"),
         (["--solver", "ilp"], "ABC\n" + "A" * 121, "line 2: actions for the solver ilp: got 121"),

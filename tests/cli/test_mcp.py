@@ -101,24 +101,6 @@ def entries(directory):
         return [kind for (kind,) in store.rows("select kind from attempt order by id")]
 
 
-REFUSED = {
-    "outside of the working directory": ["--out", "S"],
-    "mcp:NAME with at most 64": ["--agent-name", "a b"],
-    "a plant that asks nothing at the terminal": ["--plant", "manual"],
-    "a client keeps its conversation itself": ["--condition", "history"],
-    "No such option: --agent": ["--agent", "random"],
-}
-
-
-@pytest.mark.parametrize("why", REFUSED)
-def test_a_mistake_is_one_line_and_makes_no_file(lockprobe, project, why):
-    status, out, err = lockprobe("mcp", "flips", *REFUSED[why])
-    assert (status, out) == (2, "")
-    (line,) = err.splitlines()
-    assert why in line
-    assert [path for path in project.rglob("*") if path.is_file()] == []
-
-
 def test_killed_at_random_moments_nothing_is_lost_and_nothing_played_twice(project):
     """Server and client are gone at once: the next client knows what ``observe`` says, and no more."""
     luck, out, kept, kills = random.Random(11), project / "S", [], 0

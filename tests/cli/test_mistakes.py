@@ -64,6 +64,11 @@ serve flips --host 'no such' --port 0 | host: got 'no such'
 serve flips --public-url ftp://a --port 0 | public-url
 serve flips --allow-host a:1 --port 0 | allow-host
 serve . --port 0 | no study.json here
+mcp flips --out S | outside of the working directory
+mcp flips --agent-name 'a b' | mcp:NAME with at most 64
+mcp flips --plant manual | a plant that asks nothing at the terminal
+mcp flips --condition history | a client keeps its conversation itself
+mcp flips --agent random | No such option: --agent
 play --box nothing | no box is called 'nothing'
 play --p 2 | flip rate p: got 2.0, expected a number from 0 to 1
 play --p 0,0.4 | expected one for one trial
