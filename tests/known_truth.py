@@ -11,20 +11,6 @@ P, BUDGET, JOINTS, FIRST = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 20, 4, 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class Design:
-    """The size of a study; the paper's flip study by default (Sec. 3.2)."""
-
-    p: tuple[float, ...] = P
-    repetitions: int = 3
-    trials: int = 10
-
-    @property
-    def clusters(self):
-        """Trials per p."""
-        return self.repetitions * self.trials
-
-
-@dataclass(frozen=True, kw_only=True)
 class Known:
     """What is true of an agent that acts without immediate repeats, and of its studies.
 
@@ -89,10 +75,9 @@ def _solved_at(success, luck):
     return np.where(opened.any(axis=1), opened.argmax(axis=1) + 1, 0)
 
 
-def simulated(name, rng, design=None, **changed):
-    """The trials of one study."""
-    design, truth = design or Design(), replace(WORLDS[name], **changed)
-    n, clusters = len(design.p), design.clusters
+def simulated(name, rng, *, p=P, repetitions=3, trials=10, **changed):
+    """The trials of one study, of the size of the paper's flip study (Sec. 3.2) if no other is given."""
+    truth, n, clusters = replace(WORLDS[name], **changed), len(p), repetitions * trials
     luck = rng.random((n, clusters, BUDGET, 3))
     alike = rng.random(clusters) < truth.shared
     luck[truth.apart :, alike] = rng.random((clusters, BUDGET, 3))[alike]
@@ -115,9 +100,9 @@ def simulated(name, rng, design=None, **changed):
     length = np.where(broke, fault - 1, np.where(solved > 0, solved, BUDGET))
     cluster = np.tile(np.arange(clusters), n)
     return Outcomes(
-        dose=np.repeat(np.array(design.p), clusters),
-        repetition=cluster // design.trials + 1,
-        trial=cluster % design.trials + 1,
+        dose=np.repeat(np.array(p), clusters),
+        repetition=cluster // trials + 1,
+        trial=cluster % trials + 1,
         length=length,
         solved=(solved > 0) & ~broke,
         onset=np.where(onset <= length, onset, 0),

@@ -5,6 +5,8 @@ from builders import SOLUTION, make_trial
 from placeholders import undrawn
 
 NAMES = [f"{i:020x}.png" for i in range(8)]
+"""Names of pictures, of which trials have the first six, those of depth in 16 bits at 3 and 5."""
+
 PICTURES = [
     {"rgb": NAMES[0]},
     {"rgb": NAMES[1]},
@@ -45,9 +47,3 @@ def modal():
         *trials_of("symbolic", latest),
         *trials_of("symbolic", [(2, 0)] * 10, agent="human-inspired"),
     ]
-
-
-@pytest.fixture(scope="session")
-def picture_names():
-    """Names of pictures, of which these trials have the first six, those of depth in 16 bits at 3 and 5."""
-    return NAMES

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from known_truth import WORLDS, Design, simulated
+from known_truth import WORLDS, simulated
 from solved import drawn as drawn_by
 from solved import study
 
@@ -19,8 +19,8 @@ from lockprobe.statistics.shape import two_lines
 STUDIES = 100
 
 
-def drawn(name, seed=1, design=None):
-    return simulated(name, generator(seed, name), design).ended
+def drawn(name, seed=1):
+    return simulated(name, generator(seed, name)).ended
 
 
 def p_values(played, rng):
@@ -70,9 +70,9 @@ def test_broken_trials_find_no_effect_that_is_not_there():
 
     Where the broken ones are left out, half of these studies find an effect.
     """
-    wrong, design = [0, 0], Design(p=(0.0, 0.2, 0.4), trials=40)
+    wrong, design = [0, 0], {"p": (0.0, 0.2, 0.4), "trials": 40}
     for number in range(10):
-        played = simulated("broken-trials", generator(number), design, success=(0.5,) * 3, trap=(0.0,) * 3)
+        played = simulated("broken-trials", generator(number), **design, success=(0.5,) * 3, trap=(0.0,) * 3)
         tested = any_difference(played, generator(number))
         wrong[0] += any(one.p_value < 0.05 for one in tested)
         lines = two_lines(played)
@@ -96,5 +96,5 @@ def test_equal_effects_of_noise_on_unequal_agents_are_rarely_taken_for_different
 
 @pytest.mark.parametrize("p", [(0.0, 1e-6, 1.0), (0.0, 1e-6, 2e-6, 1.0), (0.0, 0.5, 0.500001), (-0.1, 0.0, 3.0)])
 def test_doses_may_be_close_together_or_negative(p):
-    played = simulated("no-effect", generator(3), Design(p=p), success=(0.5,) * len(p), trap=(0.0,) * len(p))
+    played = simulated("no-effect", generator(3), p=p, success=(0.5,) * len(p), trap=(0.0,) * len(p))
     assert all(one is None or math.isfinite(one) for one in p_values(played, generator(1)).values())

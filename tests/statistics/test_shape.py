@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_truth import Design, simulated
+from known_truth import simulated
 from scipy import stats
 from solved import columns, people, study
 
@@ -121,7 +121,7 @@ def test_people_who_play_at_one_p_only_are_no_u():
 
 
 def played(name, trials=30, seed=1):
-    return simulated(name, generator(seed, name), Design(repetitions=1, trials=trials))
+    return simulated(name, generator(seed, name), repetitions=1, trials=trials)
 
 
 def test_loops_that_come_later_and_then_sooner_are_a_u_of_loop_onset():

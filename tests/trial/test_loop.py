@@ -306,6 +306,7 @@ def test_a_fork_asks_nothing_that_is_on_record_and_an_agent_with_a_stream_again(
 def test_a_past_that_cannot_be_replayed_breaks_the_fork():
     _, other = forked(Fake(by_luck), joint(3))
     assert other.error.message == "step 1 cannot be replayed from the record without asking the agent again"
+    assert other.owed_again
     assert forked(Fake(by_luck), joint(3), at=1)[1].error is None
 
 

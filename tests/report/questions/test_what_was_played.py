@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, modality_study, play_study, small_study
+from report.conftest import NAMES
 from reported import found_in, tables_of
 
 from lockprobe.boxes.families import box
@@ -115,17 +116,15 @@ def test_the_rate_is_the_mean_over_trials_and_misread_is_pooled_over_claims(tmp_
     assert part(Page(found=found_in(tmp_path / "b", planned, silent)).text(), "misreading") == ""
 
 
-def test_pictures_for_agents_are_shown_with_what_was_told_and_a_page_without_files_says_why(
-    tmp_path, modal, picture_names
-):
+def test_pictures_for_agents_are_shown_with_what_was_told_and_a_page_without_files_says_why(tmp_path, modal):
     found = found_in(tmp_path, modality_study(trials=2), [trial for trial in modal if trial.trial <= 2])
     kinds = [(fact.name, fact.text) for fact in found.facts if fact.name in ("rgb", "depth", "depth16")]
-    names = [picture_names[i] for i in (0, 1, 0, 2, 1, 4)]  # those that only the record needs are left out
+    names = [NAMES[i] for i in (0, 1, 0, 2, 1, 4)]  # those that only the record needs are left out
     assert kinds == list(zip(("rgb", "rgb", "rgb", "depth", "rgb", "depth"), names, strict=True))
-    shown = part(Page(found=found, photographs={name: f"data:{name}" for name in picture_names}).text(), "seen")
+    shown = part(Page(found=found, photographs={name: f"data:{name}" for name in NAMES}).text(), "seen")
     assert shown.count("Told: “”") == 4
     assert shown.count("<img src=") == 6
-    assert f'<img src="data:{picture_names[2]}" alt="The box before the first step">' in shown
+    assert f'<img src="data:{NAMES[2]}" alt="The box before the first step">' in shown
     assert "After step 1: revolute-left did not move." in shown
     missing = "No pictures are shown: the files, or the package pillow, are missing."
     assert missing in part(Page(found=found).text(), "seen")
