@@ -28,12 +28,8 @@ NOT_RUN = ('plant="fast-twin', "num_envs=1000", "trials=5_000")
 """What a block holds that is compiled only, because it takes seconds."""
 
 
-def blocks(kind):
-    return [
-        pytest.param(page, text, id=f"{page}-{number}")
-        for page, whole in PAGE.items()
-        for number, text in enumerate(re.findall(rf"^```{kind}\n(.*?)^```$", whole, re.DOTALL | re.MULTILINE), 1)
-    ]
+def blocks(text, kind):
+    return re.findall(rf"^```{kind}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
 
 
 @pytest.mark.parametrize("page", [page for page, text in PAGE.items() if "```python" in text])
@@ -42,17 +38,15 @@ def test_python_runs_as_typed(page, tmp_path, monkeypatch):
     pytest.importorskip("gymnasium")
     monkeypatch.chdir(tmp_path)
     session = {"__name__": "typed"}
-    for parameter in blocks("python"):
-        where, text = parameter.values
-        if where == page:
-            code = compile(text, page, "exec")
-            if not any(what in text for what in NOT_RUN):
-                exec(code, session)
+    for text in blocks(PAGE[page], "python"):
+        code = compile(text, page, "exec")
+        if not any(what in text for what in NOT_RUN):
+            exec(code, session)
 
 
 def test_one_s_own_agents_are_found_in_the_working_directory_and_play(tmp_path, monkeypatch):
     section = PAGE["docs/agents.md"].partition("\n## Your own agent\n")[2].partition("\n## ")[0]
-    (code,) = re.findall(r"^```python\n(.*?)^```$", section, re.DOTALL | re.MULTILINE)
+    (code,) = blocks(section, "python")
     (tmp_path / "mine.py").write_text(code, "utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", list(sys.path))
@@ -66,8 +60,7 @@ def test_one_s_own_agents_are_found_in_the_working_directory_and_play(tmp_path, 
 def command_lines():
     """Whatever stands in a block or between backticks and begins with the command."""
     for page, whole in PAGE.items():
-        fenced = re.findall(r"^```(?:sh)?\n(.*?)^```$", whole, re.DOTALL | re.MULTILINE)
-        lines = [line for block in fenced for line in block.splitlines()]
+        lines = [line for block in blocks(whole, "(?:sh)?") for line in block.splitlines()]
         lines += re.findall(r"^    (.*)$", whole, re.MULTILINE)
         lines += re.findall(r"`([^`\n]*)`", re.sub(r"^```.*?^```$", "", whole, flags=re.DOTALL | re.MULTILINE))
         for line in lines:
@@ -100,8 +93,8 @@ def test_every_command_line_parses():
         assert re.match(r"$|Missing argument|Option '.*' requires an argument", refused), f"{line}: {refused}"
 
 
-@pytest.mark.parametrize(("page", "text"), blocks("toml"))
-def test_toml_is_what_it_says(page, text, tmp_path):
+@pytest.mark.parametrize("text", [text for whole in PAGE.values() for text in blocks(whole, "toml")])
+def test_toml_is_what_it_says(text, tmp_path):
     tomllib.loads(text)
     if "[interlock]" in text:
         (tmp_path / "x.toml").write_text(text, "utf-8")

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
+import strangers
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.workers import Lost
@@ -110,19 +111,6 @@ def test_what_was_lost_is_owed_and_played_by_the_same_command(tmp_path):
     assert all(trial.error is None for trial in load(tmp_path))
 
 
-@pytest.fixture
-def mine(tmp_path, monkeypatch):
-    """A module of a user: an agent that may pay, and an intervention."""
-    (tmp_path / "of_mine.py").write_text(
-        "from lockprobe.interventions.told import Drop\n"
-        "from lockprobe.trial.record import Decision\n"
-        "class Silence(Drop):\n    name = 'silence'\n"
-        "class Mine:\n    facts = {}\n    async def decide(self, situation, rng):\n"
-        "        return Decision(joint=situation.task.labels[0])\n"
-    )
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-
 @pytest.mark.parametrize(
     ("asked", "travels"),
     [
@@ -131,12 +119,13 @@ def mine(tmp_path, monkeypatch):
         ({"agent": ["viewer"], "plant": "fast-twin?looks=varied", "modality": ["rgb"]}, True),
         ({"agent": ["random"], "condition": ["flip?p=0.4", "tremble?p=0.1"]}, True),
         ({"agent": ["llm:mockllm/model"]}, False),  # each call is in this study's log and budget
-        ({"agent": ["python:of_mine:Mine"]}, False),  # it may pay, or is not there
-        ({"agent": ["random"], "plant": "python:of_mine:Rig"}, False),  # it may move
+        ({"agent": ["python:strange:First"]}, False),  # it may pay, or is not there
+        ({"agent": ["random"], "plant": "python:strange:Plain"}, False),  # it may move
         ({"agent": ["random"], "plant": "rig?rung=scripted"}, False),
-        ({"agent": ["random"], "condition": ["python:of_mine:Silence?p=0.5"]}, False),
+        ({"agent": ["random"], "condition": ["python:strange:Hush?steps=1"]}, False),
     ],
 )
-def test_what_may_pay_or_move_stays_here(mine, asked, travels):
+def test_what_may_pay_or_move_stays_here(tmp_path, monkeypatch, asked, travels):
+    strangers.install(tmp_path, monkeypatch)
     planned = study("flips", **asked)
     assert can_travel(planned, resolve(planned.agents[0])) == travels
