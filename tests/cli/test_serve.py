@@ -167,7 +167,8 @@ def test_no_byte_of_a_participant_stays(tmp_path):
     (stays,) = take_part(tmp_path, TAKEN_BACK, short(), "random", platform={"PROLIFIC_PID": "pid76"})
     kept = {path.name for path in (tmp_path / "pictures").iterdir()}
     (leaves,) = take_part(tmp_path, TAKEN_BACK, short(), "random", platform={"PROLIFIC_PID": "pid77"})
-    with Journal.open(tmp_path, TAKEN_BACK), pytest.raises(DirectoryBusy):
+    assert "\n            boxes given: 2 under rgb\n" in in_process("status", tmp_path).stdout
+    with Journal.open(tmp_path, TAKEN_BACK), pytest.raises(DirectoryBusy, match="with Ctrl-C$"):
         withdraw(tmp_path, "pid77")  # a server runs
     with pytest.raises(BadValue, match="the ID of one participant"):
         withdraw(tmp_path, "nobody")

@@ -32,7 +32,7 @@ def export(
     table: Annotated[
         Literal[TableName, "records"],
         typer.Option(
-            help="A row per step, trial or call of a model; of people also others. Records: a line per trial."
+            help="A row per step, trial, call of a model, participant, act or answer. Records: a line per trial."
         ),
     ] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,

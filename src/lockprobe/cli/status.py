@@ -30,12 +30,13 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), read_calls(directory)
     found, flow, forks, report = standing(directory, study), dict[str, int](), list[Trial](), None
-    trials, planned = load(directory) if study.until else [], study.size
+    trials, planned, given = load(directory) if study.until else [], study.size, dict[str, tuple[int, int]]()
     if study.invited:  # what a study does not have takes longer to import than its trials to count
-        from lockprobe.people.diary import flow_of, read_diaries
+        from lockprobe.people.diary import boxes_of, flow_of, read_diaries
         from lockprobe.people.withdrawal import withdrawn
 
-        flow = flow_of(read_diaries(directory), withdrawn(directory))
+        diaries = read_diaries(directory)
+        flow, given = flow_of(diaries, withdrawn(directory)), boxes_of(study, diaries)
     if is_there(directory / FORKS / STORE):
         from lockprobe.studies.branch import read_forks
 
@@ -68,6 +69,7 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
         "reported": None if report is None else report.progress.finished,
         "participants": flow
         and {"joined": flow["consented"], "finished": flow["finished"], "withdrawn": flow["withdrawn"]},
+        "boxes_given": {condition: number for condition, (number, _) in given.items()},
         "settings_hash": study.settings_hash,
     } | ({"decided": answers, "until": str(study.until)} if study.until else {})
     spent, on_forks = spent_by_agent(logged), spent_by_agent(read_calls(directory / FORKS))
@@ -119,6 +121,7 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
         yield "people", f"{played} (lockprobe serve {directory})"
     if facts["participants"]:
         yield "", ", ".join(f"{number} {what}" for what, number in facts["participants"].items())
+        yield "", f"boxes given: {', '.join(f'{given} under {one}' for one, given in facts['boxes_given'].items())}"
     if facts["forks"]:
         yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:

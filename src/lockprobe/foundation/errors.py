@@ -103,8 +103,8 @@ class DirectoryBusy(UserMistake):
 
     def __init__(self, directory: Path | str) -> None:
         super().__init__(
-            f"{directory} is being written by another lockprobe: wait for a run, stop a server (lockprobe serve, "
-            "which loses nothing) with Ctrl-C, or give another --out"
+            f"{directory} is being written by another lockprobe: wait for a run, or stop a server (lockprobe serve, "
+            "which loses nothing) with Ctrl-C"
         )
 
 
