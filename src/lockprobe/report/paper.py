@@ -18,7 +18,7 @@ from lockprobe.foundation.formatting import count, listed, p_cell
 from lockprobe.foundation.left_out import section
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
-from lockprobe.report.format import entry_text, tex_text, texts
+from lockprobe.report.format import beside, entry_text, tex_text, texts
 from lockprobe.report.page import cells_of, figures_of, parts_of
 from lockprobe.report.prose import false_reports, interval_kind
 from lockprobe.report.questions.decisions import TABLE1
@@ -99,7 +99,8 @@ def results_tex(found: Results) -> str:
         if (success := cell.get("success")) and success.value is not None:
             at = words[cell.condition] if found.beside_flips or cell.p is None else f"{cell.p:g}"
             change = changes.get((cell.agent, cell.condition))
-            said = [entry_text(change), p_cell(change.p_value)] if change else ["", ""]
+            less = change and found.get("success", agent=cell.agent, condition=change.control, control="", versus="")
+            said = [entry_text(beside(change, less, success)), p_cell(change.p_value)] if change else ["", ""]
             table.append([cell.label, at, str(success.n), entry_text(success), *said])
     return _tabular(table, _CAPTION)
 
