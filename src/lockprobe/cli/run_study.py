@@ -147,7 +147,9 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     if not run:
         return
     plant = f" as {study.plant}" * study.simulated
-    extent, whole = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}", count(run, "trial")
+    every = replace(study, shard=None)
+    whole = every.size - every.invited
+    extent = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}"
     if study.until:
         most = count(study.repetitions * study.trials, "trial")
         extent = f"until {study.until}, at most {most} per condition, looking after every {LOOK_EVERY} blocks,"
@@ -156,7 +158,8 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     yield (
         f"Study {study.name} on {study.boxes_in_words}{plant}: {count(len(study.conditions), 'condition')}: "
         f"{'; '.join(one.label for one in study.conditions)}; {extent} of {study.max_steps} steps; "
-        f"agents {', '.join(study.labels)}; seed {study.seed}; {'at most ' * bool(study.until)}{whole} in all"
+        f"agents {', '.join(study.labels)}; seed {study.seed}; "
+        f"{'at most ' * bool(study.until)}{count(whole, 'trial')} in all"
     )
     yield f"Records: {journal.directory} (the same command resumes it)"
     yield settings_line(journal.study.settings_hash)
@@ -164,7 +167,7 @@ def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     if done:
         yield f"{done}{of} trials are done already; {owed} are owed{' before the next look' * (not of)}"
     elif study.shard:
-        yield f"{owed} of {replace(study, shard=None).size - study.invited} trials are played here"
+        yield f"{owed} of {whole} trials are played here"
 
 
 class Progress(Observer):
