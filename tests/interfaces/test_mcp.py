@@ -71,7 +71,7 @@ async def test_records_are_those_of_the_same_policy_played_directly(tmp_path, al
 
 def test_a_study_stops_when_it_is_decided(tmp_path):
     def stops(agent):
-        return study("flips", agent=[agent], p=[0.0, 0.3], until="±45", most=40, max_steps=12)
+        return study("flips", agent=[agent], p=[0.0, 0.3], until="±45", trials=40, max_steps=12)
 
     async def play():
         async with opened(tmp_path / "tools", stops(AGENT)) as session:
