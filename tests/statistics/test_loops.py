@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.loops import LoopCover, Solver, chance, cover, onset, onset_batch
+from lockprobe.statistics.loops import LONGEST_WITH_ALL, LoopCover, Solver, chance, cover, onset, onset_batch
 from lockprobe.statistics.loops.chance import Null, chance_level, expected_loop_rate
 
 ROOT = Path(__file__).parents[2]
@@ -118,7 +118,8 @@ def test_both_solvers_cover_equally_much_whatever_actions_are_called(trial, name
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_worked_examples(solver: Solver) -> None:
     for trial, covered in {"001001010": 9, "000010010000": 12, "010101010": 9, "AAAA": 0, "ABCDABDC": 0}.items():
-        assert cover(trial, solver=solver).covered == covered
+        found = cover(trial, solver=solver)
+        assert (found.covered, found.share) == (covered, covered / len(trial))
     for trial, pieces in {"AABBBAABABBBABBB": 4, "BBBABBBBABBAAB": 3, "AABABBABABBBBB": 2}.items():
         assert len(cover(trial, solver=solver).intervals) == pieces  # as few as any greatest cover
     for cycle, times in {"ABCDE": 3, "AAB": 5, "ABCD": 4}.items():  # a cycle as its period
@@ -127,8 +128,9 @@ def test_worked_examples(solver: Solver) -> None:
 
 
 def test_sequences_far_beyond_a_trial() -> None:
-    half = np.random.default_rng(5).integers(0, 1000, 300).tolist()
-    assert cover(half + half).intervals == ((0, 300), (300, 300))
+    n = LONGEST_WITH_ALL // 2
+    half = np.random.default_rng(5).integers(0, 1000, n).tolist()
+    assert cover(half + half).intervals == ((0, n), (n, n))
     assert cover("ABC" * 2_000).covered == 6_000
 
 

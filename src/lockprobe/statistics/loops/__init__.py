@@ -154,7 +154,7 @@ def _programme(text: str) -> list[Interval]:
     long pieces.
     """
     import numpy as np
-    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.optimize import LinearConstraint, milp
     from scipy.sparse import csr_array
 
     n, loops = len(text), _loops(text, len(text))
@@ -166,7 +166,6 @@ def _programme(text: str) -> list[Interval]:
     solution = milp(
         -gains,
         integrality=np.ones(len(choices), dtype=np.int64),
-        bounds=Bounds(0, 1),
         constraints=LinearConstraint(matrix, ub=1),
         options={"mip_rel_gap": 0.0},
     )
