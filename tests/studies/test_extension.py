@@ -6,6 +6,7 @@ import pytest
 from builders import write_study
 
 from lockprobe.foundation.errors import BadValue, SettingsChanged
+from lockprobe.report.verify import verify
 from lockprobe.studies.decisions import block_orders
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import read_study
@@ -35,6 +36,8 @@ def test_it_keeps_its_trials_and_their_order(small):
     assert block_orders(found)["random"].plans == ((2, 2), (3, 4))
     assert run_study(replace(SMALL, repetitions=3, trials=4), small) == trials
     assert read_study(small).earlier == (plan,)
+    (check,) = (one for one in verify(small, settings=SMALL.settings_hash) if one.name == "settings hash")
+    assert check.failed[0].endswith(f"not {SMALL.settings_hash}, which they had before the study was extended")
 
 
 @pytest.mark.parametrize("smaller", [{"trials": 1}, {"repetitions": 1}, {"trials": 9, "repetitions": 1}])
