@@ -20,7 +20,7 @@ from lockprobe.trial.record import Fact
 
 @dataclass(frozen=True)
 class RandomAgent(Policy[None]):
-    """A random choice among all joints at every step. Its success is the box's chance level."""
+    """A random choice among all joints at every step, which solves the chance level on average."""
 
     heeds_reports = heeds_panel = False
 
