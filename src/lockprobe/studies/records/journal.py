@@ -14,7 +14,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from functools import cached_property
@@ -149,23 +149,28 @@ class Journal:
             raise SettingsChanged(self.directory, {f"{who}, {name}": pair for (who, name), pair in different.items()})
 
     def append(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
-        """Write a finished trial, in place of an earlier record of one that was owed again.
+        """Write a finished trial, as :meth:`append_all` does several."""
+        self.append_all([(trial, seconds, record)])
+
+    def append_all(self, finished: Sequence[tuple[Trial, float, bytes | None]]) -> None:
+        """Write finished trials whole or not at all, in place of earlier records of those that were owed again.
 
         Args:
-            trial: The trial.
-            seconds: How long it took.
-            record: The same packed for the store, if another process has done that.
+            finished: Each trial, how long it took, and the same packed for the store, if another process has done that.
 
         Raises:
             BadFile: If it cannot be written, or somebody else deleted or replaced the file; see :class:`Database`.
         """
+        known = {trial.key: OnRecord.of(trial) for trial, _, _ in finished}
         with self.store.transaction() as writing:
-            if trial.key in self.trials:
-                writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
-            writing.execute(INSERT, row_of(trial, seconds, self._identities[trial.condition], record))
-        self.trials[trial.key] = OnRecord.of(trial)
-        if not trial.owed_again:
-            self.calls.forget(trial.key)
+            for trial, seconds, record in finished:
+                if trial.key in self.trials:
+                    writing.execute("update trial set current = 0 where current and key = ?", (trial.key,))
+                writing.execute(INSERT, row_of(trial, seconds, self._identities[trial.condition], record))
+        self.trials |= known
+        for trial, _, _ in finished:
+            if not trial.owed_again:
+                self.calls.forget(trial.key)
 
     def read(self, key: str) -> Trial:
         """A trial on record."""

@@ -44,6 +44,9 @@ _ALONE = 4.0
 """Seconds for which this process plays a strategy alone. Then others go on if as much is left: each takes a second to
 start, and what they play is read here, so that two of them play a third more in the same time."""
 
+_TOGETHER = 0.05
+"""Seconds of strategies' trials that are written together: a commit of its own takes as long as a trial."""
+
 _AT_ONCE = 100
 """Trials of strategies that a worker gets at once, at most."""
 
@@ -117,6 +120,7 @@ class Turn:
         self._threaded = hosted and study.simulated
         self._lanes = limits.access.connections if hosted else 1
         self._broken_in_a_row = self.ended = 0
+        self._finished, self._wrote = list[tuple[Trial, float, bytes | None]](), 0.0
         self._pool: Pool | None = None
         if study.attended or source.engine == "network":
             return
@@ -133,11 +137,14 @@ class Turn:
             SettingsChanged: If the agent or the plant is another one than in the trials before.
             UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
         """
-        if self._pool is None or (self._quick and isinstance(self._pool, Processes)):
-            with own_thread() if self._threaded else nullcontext(in_this_thread) as place:
-                owed -= asyncio.run(self._here(plans, owed, place))
-        if self._pool is not None and owed:
-            self._elsewhere(self._pool, plans, owed)
+        try:
+            if self._pool is None or (self._quick and isinstance(self._pool, Processes)):
+                with own_thread() if self._threaded else nullcontext(in_this_thread) as place:
+                    owed -= asyncio.run(self._here(plans, owed, place))
+            if self._pool is not None and owed:
+                self._elsewhere(self._pool, plans, owed)
+        finally:
+            self._write()
 
     async def _here(self, plans: Iterator[Plan], owed: int, place: Executor) -> int:
         """Play plans in order, and return how many; if that takes long and there are workers, the others are left.
@@ -160,7 +167,8 @@ class Turn:
                     played = play_timed(
                         plan, agent, self._observer.step, keep=self._keep, calls=self._journal.calls, place=place
                     )
-                    self._finish(*await played)
+                    if not self._finish(*await played):
+                        continue
                 except BudgetReached as reached:
                     spent.append(reached)
                 await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
@@ -199,19 +207,30 @@ class Turn:
                 self._observer.step(trial.key, step)
             self._finish(trial, seconds, record)
 
-    def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
-        """Write a trial to the journal and tell of it; give up an agent that yields only errors."""
+    def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> bool:
+        """Write a trial, now or with those that follow it at once; whether it is now."""
         self._journal.refuse_others(facts_said(trial))
-        self._journal.append(trial, seconds, record)
-        self._observer.trial(trial, seconds)
-        self.ended += not trial.owed_again
-        program = self._source.engine == "inline"
-        counts = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
-        self._broken_in_a_row = self._broken_in_a_row + 1 if counts else 0
-        most = max(GIVE_UP_AFTER, self._lanes + 1)  # one outage breaks all that is on its way
-        if trial.error is not None and self._broken_in_a_row == most:
-            why = f"{trial.error.boundary}: {trial.error.message}"
-            raise UserMistake(f"{trial.group} broke {most} trials in a row ({why})")
+        self._finished.append((trial, seconds, record))
+        if now := not self._quick or trial.error is not None or time.monotonic() - self._wrote > _TOGETHER:
+            self._write()
+        return now
+
+    def _write(self) -> None:
+        """Write trials to the journal and tell of them; give up an agent that yields only errors."""
+        finished, self._finished = self._finished, []
+        if finished:
+            self._journal.append_all(finished)
+        self._wrote = time.monotonic()
+        for trial, seconds, _ in finished:
+            self._observer.trial(trial, seconds)
+            self.ended += not trial.owed_again
+            program = self._source.engine == "inline"
+            counts = trial.owed_again or (program and trial.error is not None)  # a model's final errors are findings
+            self._broken_in_a_row = self._broken_in_a_row + 1 if counts else 0
+            most = max(GIVE_UP_AFTER, self._lanes + 1)  # one outage breaks all that is on its way
+            if trial.error is not None and self._broken_in_a_row == most:
+                why = f"{trial.error.boundary}: {trial.error.message}"
+                raise UserMistake(f"{trial.group} broke {most} trials in a row ({why})")
 
 
 def _player(spec: str, code: Iterable[str]) -> Callable[[Plan], tuple[bytes, float, Sequence[Picture]]]:
