@@ -6,6 +6,7 @@ import numpy as np
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.statistics.course import cells_of, courses
+from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.outcomes import BlockOrder, Point, joined, never_acted, outcomes, plays_alike, points
 
 
@@ -136,3 +137,13 @@ def test_groups_are_joined_with_their_doses_and_points_are_shares_of_repetitions
 def test_blocks_of_an_earlier_plan_come_first():
     order = BlockOrder(plans=((1, 2), (2, 2), (2, 3)))
     assert order.rank([1, 1, 2, 2, 1, 2], [1, 2, 1, 2, 3, 3]).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_agents_of_identical_play_have_one_result():
+    solved = {0.0: 2, 0.2: 3, 0.4: 6}
+    trials = [trial for agent in ("llm:a", "llm:b") for trial in trials_of(agent, solved, n=10)]
+    one, other = courses(cells_of(trials).values())
+    for use in ("permutation", "bootstrap"):
+        assert one.stream(use).integers(2**62, size=9).tolist() == other.stream(use).integers(2**62, size=9).tolist()
+    both = [any_difference(of.tested, of.stream("permutation"), agents=of.family) for of in (one, other)]
+    assert both[0] == both[1]

@@ -213,8 +213,8 @@ class Course:
         return resample(self.tested.ended, self.stream("bootstrap"))
 
     def stream(self, use: str) -> np.random.Generator:
-        """The random stream of a resampling test."""
-        return generator(self.trials[0].seed, "analysis", self.spec, self.modality, use)
+        """The random stream of a resampling test, so that agents of identical play have one result."""
+        return generator(self.trials[0].seed, "analysis", self.modality, use)
 
 
 def on_flip_axis(cell: Cell) -> tuple[str, str, float]:
