@@ -91,7 +91,7 @@ def test_a_frame_has_a_column_for_each_dose_and_without_pandas_says_in_one_line_
     assert [row["quantity"] for row in rows] == ["success", "loop_rate"]
     assert "flip.p" in columns
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(Missing, match="^frames need the package pandas: pip install pandas$"):
+    with pytest.raises(Missing, match="^frames need the package pandas: uv pip install pandas$"):
         found.frame()
 
 

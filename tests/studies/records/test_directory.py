@@ -121,7 +121,9 @@ def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
 
 
 def busy(directory):
-    said = r"by another lockprobe: wait for a run, or stop a server \(lockprobe serve, which loses nothing\) with Ctrl-C"
+    said = (
+        r"by another lockprobe: wait for a run, or stop a server \(lockprobe serve, which loses nothing\) with Ctrl-C"
+    )
     with Journal.open(directory, STUDY), pytest.raises(DirectoryBusy, match=said), Journal.open(directory, STUDY):
         pass
 
