@@ -94,9 +94,9 @@ def test_a_false_picture_is_that_of_its_configuration_and_changes_nothing_that_i
 
 
 def whole_state(plant):
-    model, everything = plant._mechanism.model, mujoco.mjtState.mjSTATE_INTEGRATION
+    model, everything = plant.joints.model, mujoco.mjtState.mjSTATE_INTEGRATION
     state = np.empty(mujoco.mj_stateSize(model, everything))
-    mujoco.mj_getState(model, plant._mechanism.data, state, everything)
+    mujoco.mj_getState(model, plant.joints.data, state, everything)
     return state.tobytes()
 
 

@@ -123,7 +123,7 @@ def test_a_server_of_ones_own_plays_the_pilot_with_and_without_facts(tmp_path, m
     with here() as server:
         monkeypatch.setenv("LAB_BASE_URL", server.url)
         monkeypatch.setenv("LAB_API_KEY", typed[1])
-        with pytest.raises(BadValue, match="expected no budget with llm:openai-api/lab/qwen, whose price is not known"):
+        with pytest.raises(BadValue, match="expected none with llm:openai-api/lab/qwen, whose price is not known"):
             in_process(*words, "--budget", "1")
         assert in_process(*words).exit_code == 0
         monkeypatch.setenv("LOCKPROBE_MODEL_FACTS", "facts.toml")

@@ -126,7 +126,7 @@ def test_faults(arm):
 )
 def test_without_the_library_the_extra_is_named(monkeypatch, library, make, extra):
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(Missing, match=rf"lockprobe-robot\[{extra}\]"):
+    with pytest.raises(Missing, match=rf"uv sync --all-packages --extra {extra}$"):
         make()
 
 
