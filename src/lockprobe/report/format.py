@@ -81,7 +81,7 @@ def entry_text(entry: Entry) -> str:
     """
     if entry is None or isinstance(entry, str):
         return NONE if entry is None else entry
-    if entry.unit == "steps" and entry.quantity == "steps_to_solve":
+    if entry.quantity == "steps_to_solve":
         first, late = (NONE if step is None else f"{step:.0f}" for step in (entry.value, entry.high))
         return first if entry.low is None else f"{first} [{entry.low:.0f}, {late}]"
     if entry.unit == "share":

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
-from lockprobe.foundation.spec import spec_kind, spec_name
+from lockprobe.foundation.spec import spec_kind
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.every_look import share_at_every_look
@@ -131,14 +131,10 @@ class Course:
         """The columns that say of which course a row is."""
         return {"agent": self.agent, "modality": self.modality, "axis": self.axis.key}
 
-    @cached_property
+    @property
     def spec(self) -> str:
-        """The spec of the agent, which names its random streams; of several that differ in an option, without options.
-
-        A name changes no number.
-        """
-        specs = {trial.spec for trial in self.trials}
-        return self.trials[0].spec if len(specs) == 1 else spec_name(self.trials[0].spec)
+        """The spec of the agent; of the first of several that differ in the option that is the axis."""
+        return self.trials[0].spec
 
     @property
     def baseline(self) -> bool:

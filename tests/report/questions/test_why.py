@@ -4,6 +4,7 @@ import pytest
 from reported import found_in, tables_of
 
 from lockprobe.report.page import parts_of
+from lockprobe.report.questions.first_screen import answer_of
 from lockprobe.report.questions.why import TABLE
 from lockprobe.statistics.why import CONTRASTS
 from lockprobe.studies.options.studyfile import study
@@ -39,6 +40,12 @@ def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
         f"False reports raise the success of {AGENTS[0]}, because of what they say. No effect of false reports on the "
         f"success of {AGENTS[1]} was detected, and a change of 10 points or more is excluded."
     )
+
+
+def test_agents_for_comparison_are_not_in_the_answer(found):
+    players = tuple(one.model_copy(update={"subject": one.agent == AGENTS[0]}) for one in found.design.players)
+    beside = found.changed(design=found.design.model_copy(update={"players": players}))
+    assert answer_of(beside) == f"False reports raise the success of {AGENTS[0]}, because of what they say."
 
 
 def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(found):

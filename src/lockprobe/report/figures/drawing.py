@@ -45,11 +45,11 @@ MARKERS = "osD^vP<>Xphd"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Style:
-    """How one agent looks; ``lead`` if the study is about it. An empty marker draws none."""
+    """How one agent looks; ``lead`` if the study is about it."""
 
     colour: str
-    marker: str = "o"
-    lead: bool = True
+    marker: str
+    lead: bool
 
     @property
     def line(self) -> dict[str, Any]:

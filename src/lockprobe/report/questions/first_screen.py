@@ -171,18 +171,18 @@ def answer_of(found: Results) -> str:
     shown = [row for row in found.where("modality_effect") if row.agent in found.subjects]
     alone = bool(shown) and not found.several_p and not found.beside_flips
     axis = found.main_axis
-    if found.where("false_report_effect", of="total"):
-        said = why.answer(lines, found)
+    if declared:
+        said = headline(own, own[0].cause, several=False)
+    elif found.where("false_report_effect", of="total"):
+        said = why.answer(own, found)
     elif found.progress.every_look and (misread or alone):
         said = "The answer holds for one look: it stands here when all planned trials are played."
-    elif misread and not declared:
+    elif misread:
         said = misreading_said(misread)
     elif alone:
         said = effect_said(found, shown[0])
     elif nothing and not any(line.change or line.alike for line in lines):
         said = nothing
-    elif declared:
-        said = headline(own, own[0].cause, several=False)
     else:
         dosed = axis and any(line.under.startswith(f"at {axis.axis.name} ") for line in own)
         what = "false reports" if found.several_p else cause(axis.axis) if axis and dosed else ""

@@ -14,7 +14,7 @@ from lockprobe.foundation.left_out import section
 from lockprobe.report.format import beside, entry_text
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, played_subjects
-from lockprobe.report.rows import Cell, Curve, Estimate, Results, Row, measured_row, who
+from lockprobe.report.rows import Course, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.how_soon import modality_effects, steps_over_doses, success_curve
@@ -87,17 +87,16 @@ def _said(found: Results) -> str:
 
 
 def draw(found: Results) -> Any:
-    """Success by step: a line an agent at its lowest flip rate, or of one agent alone a line a flip rate."""
+    """Success by step: a line an agent at its lowest flip rate."""
     from lockprobe.report.figures import drawing as figures
 
-    def on(axes: Any, shown: Sequence[tuple[Cell, str, Any]]) -> None:
-        drawn = [(curve, *line) for line in shown if (curve := line[0].curve("success_by_step"))]
-        budget = max(len(curve.x) - 1 for curve, *_ in drawn)
-        labels = []
-        for i, (curve, _, name, style) in enumerate(drawn):
+    def on(axes: Any, shown: Sequence[Course]) -> None:
+        drawn = [(curve, one) for one in shown if (curve := one.played[0].curve("success_by_step"))]
+        budget, labels = max(len(curve.x) - 1 for curve, _ in drawn), []
+        for i, (curve, one) in enumerate(drawn):
+            style = figures.style_of(one)
             figures.staircase(axes, curve, style, first=1 + i % 4)
-            if name:
-                labels.append((curve.value[-1] or 0.0, name, style.colour))
+            labels.append((curve.value[-1] or 0.0, figures.agent_label(one, _NAME), style.colour))
         if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in found.random_play]:
             low, high = chance
             grey: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
@@ -106,25 +105,17 @@ def draw(found: Results) -> Any:
         if (plan := found.get("optimum")) is not None and plan.value is not None:
             label = f"shortest plan: {plan.value:g} steps"
             axes.axvline(plan.value, color=figures.INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
-        if {cell.p for _, cell, _, _ in drawn} == {0.0}:  # told the truth, as the paper's agents were
+        if {one.played[0].p for _, one in drawn} == {0.0}:  # told the truth, as the paper's agents were
             steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
             figures.published(axes, [(step, 0.8) for step in steps if step <= budget])
         figures.share_axis(axes, "solved by this step")
         axes.set_xlim(0, budget + figures.BEYOND)
         figures.whole_axis(axes, budget, "number of interactions")
-        figures.title(axes, f"{figures.counts(curve.n for curve, *_ in drawn)}; shade: 95 % band")
+        figures.title(axes, f"{figures.counts(curve.n for curve, _ in drawn)}; shade: 95 % band")
         figures.label_right(axes, labels)
 
-    return figures.sheet([shown] if (shown := [*_lines(found)]) else [], on, height=2.42, width=5.6)
-
-
-def _lines(found: Results) -> Iterator[tuple[Cell, str, Any]]:
-    """What is drawn: a cell, the name where its line ends, and its style."""
-    from lockprobe.report.figures.drawing import agent_label, style_of
-
     courses = sorted((course for course in found.courses() if course.played), key=lambda one: not one.subject)
-    for course in courses[:_MOST]:
-        yield course.played[0], agent_label(course, _NAME), style_of(course)
+    return figures.sheet([courses[:_MOST]] if courses else [], on, height=2.42, width=5.6)
 
 
 def _caption(found: Results) -> Note:
