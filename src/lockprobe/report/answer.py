@@ -174,8 +174,7 @@ def said_lines(lines: Iterable[Line]) -> list[str]:
         first, second, change = map(entry_text, (line.first, line.second, line.change))
         shares = f"{first} {line.control}" + f", {second} {line.under}" * bool(line.second)
         tested = f"{change} points, {p_value(line.change.p_value)}" if line.change else ""
-        soon = f"{entry_text(line.steps)} steps, 80 % solved by step {entry_text(line.most)}" if line.steps else tested
-        rows.append((line.label, shares, soon, line.verdict * (line.change is not None or line.alike)))
+        rows.append((line.label, shares, tested, line.verdict * (line.change is not None or line.alike)))
     wide = [max(map(len, column)) for column in zip(*rows, strict=True)] if rows else []
     return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, wide, strict=True)).rstrip() for row in rows]
 

@@ -251,14 +251,8 @@ def _difference_table(comparison: Comparison) -> Lines:
     yield [*head, "P", "conclusion"]
     for row, own, other, trials in _differences(comparison.rows):
         sides = f"{row.agent} in {row.study}", f"{row.versus} in {row.versus_study}"
-        yield [
-            *sides,
-            row.condition,
-            trials,
-            percent(own.value),
-            percent(other.value),
-            *tested(beside(row, other, own)),
-        ]
+        shares = percent(own.value), percent(other.value)
+        yield [*sides, row.condition, trials, *shares, *tested(beside(row, other, own))]
 
 
 TABLES = {"success": _success_table, "differences": _difference_table, "studies": _study_table}

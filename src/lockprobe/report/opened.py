@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from lockprobe.report.prose import rules_broken_said
 from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Progress, Row, share_rows
+from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Cell, Course, cells_of, courses, is_baseline
 from lockprobe.statistics.design import Axis, Design
-from lockprobe.statistics.outcomes import idle_interventions
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies import PEOPLE_DIRECTORY
@@ -158,11 +158,12 @@ class OpenedStudy:
     def axes(self) -> tuple[tuple[DoseAxis, tuple[Course, ...]], ...]:
         """Every other dose, with the agents over it. What changed nothing is on none."""
         times, found = Counter(self.design.series), []
+        acted = acting(self.by_name, self.design, wholly=True)
         for axis in self.design.series:
 
             def place(cell: Cell, axis: Axis = axis) -> tuple[str, str, float] | None:
                 dose = axis.doses.get(cell.condition)
-                idle = dose and (cell.agent, cell.condition) in self.idle
+                idle = dose and (cell.agent, cell.condition) not in acted
                 return None if dose is None or idle else (cell.agent, axis.modality, dose)
 
             if over := courses(self.by_name.values(), axis, place, several=times[axis] > 1):
@@ -173,17 +174,6 @@ class OpenedStudy:
     def every_course(self) -> tuple[Course, ...]:
         """Every agent over flip rates and over every other dose; baselines too."""
         return (*self.courses, *(one for _, over in self.axes for one in over))
-
-    @cached_property
-    def idle(self) -> frozenset[tuple[str, str]]:
-        """Agent and condition, no control, where an intervention changed nothing; on no axis but that of flip rates."""
-        acting = {} if self.study.of_flips else {arm.label: arm.without() for arm in self.design.arms}
-        return frozenset(
-            place
-            for place, cell in self.by_name.items()
-            if cell.condition in acting.keys() - {*self.design.controls.values()}
-            and idle_interventions(cell.trials, acting[cell.condition])
-        )
 
     @cached_property
     def subjects(self) -> tuple[str, ...]:

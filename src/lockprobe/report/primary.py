@@ -34,8 +34,6 @@ class Line:
         control: The control in words.
         under: Under what the second is, in words: at flip rate 0.4.
         cause: The contrast that the study declares, if it is that.
-        steps: Mean steps under the control, where nothing is compared.
-        most: By which step 80 % are solved there.
         alike: Whether it plays the same trials whatever it is told, so that there is nothing to test.
         baseline: Whether the study is about others.
     """
@@ -50,8 +48,6 @@ class Line:
     control: str = ""
     under: str = ""
     cause: str = ""
-    steps: Estimate | None = None
-    most: Estimate | None = None
     alike: bool = False
     baseline: bool = False
 
@@ -88,10 +84,6 @@ def primary_lines(found: Results) -> list[Line]:
         if not any(one.change or one.alike for one in known.values()):
             known |= {key: line for key, line in _of_conditions(found) if line.change or key not in known}
         lines = list(known.values())
-    if not any(line.change for line in lines):
-        means = [found.get("mean_steps_all", **line.of_first) for line in lines]
-        most = [found.get("steps_to_solve", **line.of_first, of="80 %") for line in lines]
-        lines = [replace(line, steps=of, most=by) for line, of, by in zip(lines, means, most, strict=True)]
     return sorted(lines, key=lambda line: line.baseline)
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from operator import attrgetter
@@ -204,11 +203,6 @@ class Player(Part):
     def label(self) -> str:
         """What tables call it."""
         return who(self.agent, self.shown)
-
-    @property
-    def named(self) -> dict[str, Any]:
-        """What its cells and courses say of it."""
-        return {name: getattr(self, name) for name in ("agent", "modality", "label", "shown", "subject", "blind")}
 
 
 class DoseAxis(Part):
@@ -453,8 +447,8 @@ class Results(Part):
                 if p is None:  # the name of its condition says how the box was shown, and what acts
                     player = player.model_copy(update={"shown": "", "blind": False})
                 own = {"agent": row.agent, "condition": row.condition, "control": "", "versus": ""}
-                view: dict[str, Any] = player.named | {"found": self, "own": own}
-                found.append(Cell(**view, condition=row.condition, p=p, dose=p))
+                view = {"found": self, "own": own, "condition": row.condition, "p": p, "dose": p}
+                found.append(Cell.model_construct(**dict(player) | view))
         return tuple(found)
 
     def courses(self, axis: DoseAxis | None = None) -> list[Course]:
@@ -463,7 +457,7 @@ class Results(Part):
         for player in axis.players if axis else self.design.players:
             if axis:
                 cells = [
-                    replace(known[player.agent, of], dose=dose)
+                    known[player.agent, of].model_copy(update={"dose": dose})
                     for of, dose in axis.axis.doses.items()
                     if (player.agent, of) in known and dose in (player.doses or (dose,))  # what changed nothing is out
                 ]
@@ -473,9 +467,9 @@ class Results(Part):
                 cells = sorted(cells, key=lambda one: one.p or 0.0)
             key, name = (axis.axis.key, axis.axis.name) if axis else (FLIPS.name, FLIPS.name)
             own = {"agent": player.agent, "modality": player.modality, "axis": key, "condition": "", "versus": ""}
-            view: dict[str, Any] = player.named | {"found": self, "own": own, "axis": key, "name": name}
+            view = {"found": self, "own": own, "axis": key, "name": name, "cells": tuple(cells)}
             if cells:
-                found.append(Course(**view, cells=tuple(cells)))
+                found.append(Course.model_construct(**dict(player) | view))
         return found
 
     def against_control(self) -> list[Estimate]:
@@ -507,22 +501,11 @@ def _asked(columns: Mapping[str, str]) -> str:
     return ", ".join(f"{name}={value}" for name, value in columns.items()) or "all"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _View:
-    """An agent, and the rows of results that have the values of some columns, its own.
-
-    Attributes:
-        agent, modality, label, shown, subject, blind: As those of its player in the design.
-    """
+class _View(Player):
+    """An agent of the design, and the rows of results that have the values of some columns, its own."""
 
     found: Results
-    own: Mapping[str, str] = field(repr=False)
-    agent: str
-    modality: str
-    label: str
-    shown: str
-    subject: bool
-    blind: bool
+    own: Mapping[str, str]
 
     def get(self, quantity: str, of: str = "") -> Estimate | None:
         """A number of it; None if it has none."""
@@ -538,7 +521,6 @@ class _View:
         return self.found.curve(quantity, **self.own, of=of)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Cell(_View):
     """One agent under one condition.
 
@@ -564,7 +546,6 @@ class Cell(_View):
         return [(success, loops) for success, loops in pairs if loops is not None]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Course(_View):
     """One agent over the doses of an axis.
 

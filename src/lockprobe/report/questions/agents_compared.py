@@ -12,7 +12,7 @@ from typing import Any
 
 from lockprobe.foundation.formatting import capital, first_three, p_cell, percent
 from lockprobe.foundation.grouping import grouped
-from lockprobe.report.format import Entry, beside, conclusion_of, tested
+from lockprobe.report.format import beside, conclusion_of, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, condition_words
 from lockprobe.report.rows import Estimate, Results, Row, measured
@@ -115,17 +115,8 @@ def _table(found: Results) -> Lines:
         under = "all flip rates" if found.several_p else at_lowest(found)
         under = "all conditions" if success.axis == _CONDITIONS else under
         said = "play alike" if _ALIKE in success.note else conclusion_of(success)
-        row: list[Entry] = [
-            one,
-            other,
-            under,
-            str(success.n),
-            shares,
-            beside(success, others, own),
-            p_cell(success.p_value),
-            steps,
-        ]
-        yield [*row, p_cell(steps.p_value), said]
+        gap, p = beside(success, others, own), p_cell(success.p_value)
+        yield [one, other, under, str(success.n), shares, gap, p, steps, p_cell(steps.p_value), said]
 
 
 def _effects(found: Results) -> Lines:

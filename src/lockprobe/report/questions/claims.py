@@ -269,20 +269,16 @@ def judged(found: Results, claim: PaperClaim) -> Iterator[Judged]:
     said = dict[Judged, Judged]()
     for axis in (None, *(one for one in found.design.axes if one.axis.of_flips and one.players)):
         reading = f", {false_reports(axis.axis.options)}" if axis else ""
-        for one in _of_agents(found, claim, found.courses(axis)):
-            said.setdefault(one, one._replace(agent=one.agent + reading))
+        for agent, label, measured in _of_agents(found, claim, found.courses(axis)):
+            everyone, one = found.get("people", agent=agent, modality="", condition=""), measured._replace(agent=label)
+            if everyone is not None and (everyone.value or 0) < FEWEST:
+                one = one._replace(verdict="not decided", test=f"fewer than {FEWEST} people", p_value=None)
+            said.setdefault(one, one._replace(agent=label + reading))
     yield from said.values()
 
 
-def _decided(found: Results, agent: str, said: Judged) -> Judged:
-    """What it says to a claim; nothing is decided of fewer people than a test needs."""
-    everyone = found.get("people", agent=agent, modality="", condition="")
-    few = everyone is not None and (everyone.value or 0) < FEWEST
-    return said._replace(verdict="not decided", test=f"fewer than {FEWEST} people", p_value=None) if few else said
-
-
-def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[Judged]:
-    """What each agent that speaks to a claim says to it, as tables call the agent."""
+def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> Iterator[tuple[str, str, Judged]]:
+    """Each agent that speaks to a claim, what tables call it, and what it says to the claim."""
     subjects = [one for one in courses if one.subject]
     if claim.judge in _OF_MODALITIES:
         told = [one for one in subjects if one.cells[0].trials and one.cells[0].dose == 0]
@@ -290,14 +286,14 @@ def _of_agents(found: Results, claim: PaperClaim, courses: Sequence[Course]) -> 
             by = {one.modality: one.cells[0] for one in sorted(own, key=lambda one: by_fidelity(one.modality))}
             shown = found.where("modality_effect", agent=agent)
             if shown and (said := _of_modalities(found, agent, by, claim)):
-                yield _decided(found, agent, said)._replace(agent=agent)
+                yield agent, agent, said
         return
     judge = _over_rates if claim.judge in _OVER_RATES else _told_the_truth
     of_strategy = [one for one in courses if one.agent in found.reconstructed]
     for one in of_strategy if claim.of == "strategy" else subjects:
         heard = one.played and one.played[0].dose == 0 and not (one.blind and claim.judge in _OVER_RATES)
         if heard and spec_name(one.modality) == claim.modality and (said := judge(one, claim)):
-            yield _decided(found, one.agent, said)._replace(agent=one.label)
+            yield one.agent, one.label, said
 
 
 def not_judged(found: Results) -> str:

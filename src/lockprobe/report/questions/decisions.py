@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 from operator import attrgetter
 from statistics import mean, stdev
 
-from lockprobe.foundation.formatting import MOST_NAMED, percent, range_of
+from lockprobe.foundation.formatting import percent, range_of
 from lockprobe.report.format import count_of
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import by_conditions, condition_words, under, varied
+from lockprobe.report.prose import by_conditions, condition_words, each_or_span, under, varied
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
@@ -64,9 +64,8 @@ def _show_optimal(found: Results) -> Iterator[Part]:
         "attempt that broke the rules of the box the actions before it. A condition is not judged where an action was "
         "not the choice, or a report was missing. Intervals are clustered by trial.",
     )
-    said = ", ".join(f"{percent(share)} for {label}" for label, share in over.items())
-    if len(over) > MOST_NAMED:
-        said = f"{range_of(min(over.values()), max(over.values()))} for the {len(over)} agents of the answer"
+    each = [f"{percent(share)} for {label}" for label, share in over.items()]
+    said = each_or_span(each, range_of(min(over.values(), default=0.0), max(over.values(), default=0.0)))
     where = under.pop() if len(under) == 1 else "under the first condition of each"
     answer = f"Share of actions that an ideal observer would have chosen too, {where}: {said}." if said else ""
     yield Part("How many actions are optimal?", answer, [note])

@@ -10,10 +10,18 @@ from typing import Any, get_args
 import numpy as np
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import MOST_NAMED, first_three, p_value, range_of
+from lockprobe.foundation.formatting import first_three, p_value, range_of
 from lockprobe.report.format import entry_text
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import at_lowest, chance_said, interval_kind, over_rates, paper_rates, played_subjects
+from lockprobe.report.prose import (
+    at_lowest,
+    chance_said,
+    each_or_span,
+    interval_kind,
+    over_rates,
+    paper_rates,
+    played_subjects,
+)
 from lockprobe.report.questions.success import fit_rows, turn_rows
 from lockprobe.report.rows import Cell, Course, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section
@@ -71,11 +79,7 @@ def _said(found: Results) -> Iterator[str]:
         for course, cell in lowest
     ]
     over = [cell.value("loop_rate") or 0.0 for _, cell in lowest]
-    said = (
-        ", ".join(rates)
-        if len(rates) <= MOST_NAMED
-        else f"{range_of(min(over), max(over))} for the {len(over)} agents of the answer"
-    )
+    said = each_or_span(rates, range_of(min(over, default=0.0), max(over, default=0.0)))
     yield f"Trials with a loop {at_lowest(found)}: {said}." if rates else ""
     changes = [
         f"{row.note if row.p_value < ALPHA else 'no change detected'} for {course.label} (hazard ratio "

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from lockprobe.boxes.solve import optimum, random_curve
-from lockprobe.foundation.formatting import MOST_NAMED, p_cell, p_value
+from lockprobe.foundation.formatting import p_cell, p_value
 from lockprobe.foundation.left_out import section
 from lockprobe.report.format import beside, entry_text
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import at_lowest, played_subjects
+from lockprobe.report.prose import at_lowest, each_or_span, played_subjects
 from lockprobe.report.rows import Course, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
@@ -79,11 +79,11 @@ def _said(found: Results) -> str:
         means.append(f"{said}, {entry_text(change)} {more} ({p_value(change.p_value)})" if change else said)
     plan = found.get("optimum")
     least = f" (at best {plan.value:g}; an unsolved trial counts all its steps)" if plan else ""
-    said = "; ".join(means)
-    if len(means) > MOST_NAMED:
-        over = sorted(course.played[0].value("mean_steps_all") or 0.0 for course in shown)
-        said = f"{over[0]:.1f} to {over[-1]:.1f} for the {len(over)} agents of the answer"
-    return f"Mean steps to open a box {at_lowest(found)}{least}: {said}." if means else "No trial has ended."
+    if not means:
+        return "No trial has ended."
+    over = sorted(course.played[0].value("mean_steps_all") or 0.0 for course in shown)
+    said = each_or_span(means, f"{over[0]:.1f} to {over[-1]:.1f}", "; ")
+    return f"Mean steps to open a box {at_lowest(found)}{least}: {said}."
 
 
 def draw(found: Results) -> Any:
