@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Sequence
 
-from lockprobe.foundation.formatting import NONE, bracketed, end_of, p_cell, percent
+from lockprobe.foundation.formatting import MOST_NAMED, NONE, bracketed, end_of, p_cell, percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.rows import Estimate
 
@@ -88,6 +88,11 @@ def entry_text(entry: Entry) -> str:
         said = bracketed(entry.value, entry.low, entry.high, "{:.0f}")
         return percent(entry.value) if entry.low is None else said.replace(" [", " % [")
     return bracketed(entry.value, entry.low, entry.high, *_form(entry))
+
+
+def each_or_span(each: Sequence[str], span: str, between: str = ", ") -> str:
+    """What is said of each agent; of more than a sentence can name, from where to where it is."""
+    return between.join(each) if len(each) <= MOST_NAMED else f"{span} for the {len(each)} agents of the answer"
 
 
 def texts(table: Sequence[Sequence[Entry]]) -> list[list[str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from lockprobe.foundation.formatting import MOST_NAMED, NONE, range_of
+from lockprobe.foundation.formatting import NONE, range_of
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.report.rows import Cell, Course, Results
@@ -153,11 +153,6 @@ def played_subjects(found: Results) -> list[Course]:
     """The agents that the study is about, over flip rates; all agents if none of these has an ended trial."""
     played = [course for course in found.courses() if course.played]
     return [course for course in played if course.subject] or played
-
-
-def each_or_span(each: Sequence[str], span: str, between: str = ", ") -> str:
-    """What is said of each agent; of more than a sentence can name, from where to where it is."""
-    return between.join(each) if len(each) <= MOST_NAMED else f"{span} for the {len(each)} agents of the answer"
 
 
 def over_rates(found: Results) -> bool:

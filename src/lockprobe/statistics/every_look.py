@@ -35,7 +35,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.proportions import ALPHA, Proportion
+from lockprobe.statistics.proportions import ALPHA, Proportion, between
 
 Array = NDArray[np.float64]
 
@@ -306,18 +306,12 @@ def share_at_every_look(solved: ArrayLike) -> Proportion:
     (0.06, 0.51)
     """
     values = np.asarray(solved, dtype=np.float64)
-    known = values[~np.isnan(values)]
-    ends = (known,) if len(known) == len(values) else (np.nan_to_num(values, nan=0.0), np.nan_to_num(values, nan=1.0))
-    courses = [confidence_sequence(one, math.log(1 / ALPHA), bets=SHARES) for one in ends]
-    lows, highs = courses[0][0], courses[-1][1]
-    return Proportion(
-        count=int(known.sum()),
-        n=len(known),
-        value=_mean(known),
-        low=float(lows[-1]) if len(lows) else 0.0,
-        high=float(highs[-1]) if len(highs) else 1.0,
-        broken=len(values) - len(known),
-    )
+    if (unknown := np.isnan(values)).any():
+        none, every = (share_at_every_look(np.where(unknown, end, values)) for end in (0.0, 1.0))
+        return between(share_at_every_look(values[~unknown]), none, every)
+    lows, highs = confidence_sequence(values, math.log(1 / ALPHA), bets=SHARES)
+    low, high = (float(lows[-1]), float(highs[-1])) if len(values) else (0.0, 1.0)
+    return Proportion(count=int(values.sum()), n=len(values), value=_mean(values), low=low, high=high)
 
 
 def _by_block(processes: Sequence[Array], family: Sequence[Numbers]) -> Array:

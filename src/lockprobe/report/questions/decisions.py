@@ -10,9 +10,9 @@ from operator import attrgetter
 from statistics import mean, stdev
 
 from lockprobe.foundation.formatting import percent, range_of
-from lockprobe.report.format import count_of
+from lockprobe.report.format import count_of, each_or_span
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import by_conditions, condition_words, each_or_span, under, varied
+from lockprobe.report.prose import by_conditions, condition_words, under, varied
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion

@@ -141,20 +141,19 @@ def _who(numbers: OpenedStudy) -> Iterator[tuple[str, str]]:
 def _told(numbers: OpenedStudy) -> Iterator[Fact]:
     """What one attempt was told under each condition with a name, where some tell something else.
 
-    It is the first attempt of trials with equal luck, which no report has changed yet, of the first agent.
+    It is the same first attempt of the first agent, which no report has changed yet.
     """
     named = [one.label for one in numbers.study.conditions if one.name]
     cells = [cell for cell in numbers.cells if cell.agent == numbers.subjects[0] and cell.condition in named]
     if not 1 < len(cells) <= _TOLD_MOST:
         return
     for trials in zip(*(cell.trials[:_LOOKED_AT] for cell in cells), strict=False):
-        if len({(one.repetition, one.trial) for one in trials}) > 1 or not all(one.steps for one in trials):
-            continue
-        (step, *_), *_ = steps = [trial.steps[:2] for trial in numbers.records(trials)]
+        steps = [trial.steps[:2] for trial in numbers.records(trials) if trial.steps]
         said = [" ".join(filter(None, (first.told, *(one.remark for one in later)))) for first, *later in steps]
-        alike = {(first.decision.joint, first.moved) for first, *_ in steps} == {(step.decision.joint, step.moved)}
-        if alike and len({*said}) > 1:
-            attempt = f"after {step.decision.joint} {'moved' if step.moved else 'was blocked'}"
+        did = {(first.decision.joint, first.moved) for first, *_ in steps}
+        if len(steps) == len(cells) and len(did) == 1 < len({*said}):
+            joint, moved = did.pop()
+            attempt = f"after {joint} {'moved' if moved else 'was blocked'}"
             yield Fact(about="overview", name="attempt", text=attempt)
             yield from (Fact(about=_TOLD, name=at.condition, text=text) for at, text in zip(cells, said, strict=True))
             return

@@ -11,17 +11,9 @@ import numpy as np
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import first_three, p_value, range_of
-from lockprobe.report.format import entry_text
+from lockprobe.report.format import each_or_span, entry_text
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import (
-    at_lowest,
-    chance_said,
-    each_or_span,
-    interval_kind,
-    over_rates,
-    paper_rates,
-    played_subjects,
-)
+from lockprobe.report.prose import at_lowest, chance_said, interval_kind, over_rates, paper_rates, played_subjects
 from lockprobe.report.questions.success import fit_rows, turn_rows
 from lockprobe.report.rows import Cell, Course, Results, Row, measured_row
 from lockprobe.report.section import Figure, Note, Part, Section

@@ -11,9 +11,9 @@ import numpy as np
 from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import p_cell, p_value
 from lockprobe.foundation.left_out import section
-from lockprobe.report.format import beside, entry_text
+from lockprobe.report.format import beside, each_or_span, entry_text
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.prose import at_lowest, each_or_span, played_subjects
+from lockprobe.report.prose import at_lowest, played_subjects
 from lockprobe.report.rows import Course, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
 from lockprobe.statistics.course import Course as Doses
