@@ -42,6 +42,8 @@ _FAULT = re.compile(
 
 _NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified", "none", "null")
 
+_REASONS = ("finish_reason", "native_finish_reason")
+
 _REFUSED_FOR = re.compile(
     r"content.?(?:filter|policy|risk)|safety|moderation|flagged|invalid.?prompt|data.?inspection|prohibited",
     re.IGNORECASE,
@@ -165,49 +167,45 @@ def read_answer(
 def _read(came: Mapping[str, Any], status: int, counted: Usage) -> tuple[str, str, str]:
     """Text, reason for its end, and reasoning."""
     choices = came.get("choices")
-    if status < 400 and isinstance(choices, list) and choices:
-        return _choice(_mapping(choices[0]), came, counted)
-    if refusal := _refusal_in(came, "error", "errors", "detail", "message", status=status):
-        return refusal, REFUSED, ""
-    raise NoReply(
-        "no error is named" if status >= 400 else "no reply in its answer", status=status, charged=status < 400
-    )
-
-
-def _choice(choice: Mapping[str, Any], came: Mapping[str, Any], counted: Usage) -> tuple[str, str, str]:
-    """The same of the reply."""
+    if status >= 400 or not isinstance(choices, list) or not choices:
+        if refusal := _refusal_in(came, "error", "errors", "detail", "message", status=status):
+            return refusal, REFUSED, ""
+        why = "no error is named" if status >= 400 else "no reply in its answer"
+        raise NoReply(why, status=status, charged=status < 400)
+    choice = _mapping(choices[0])
     message = _mapping(choice.get("message"))
-    text, refusal, thoughts = _said(message.get("content"))
-    empty = not (text or "").strip()
-    error = _refusal_in(choice, "error", charged=not empty) or _refusal_in(came, "error", charged=not empty)
-    reasons = [(name, str(choice[name])) for name in ("finish_reason", "native_finish_reason") if choice.get(name)]
-    after = "" if empty else f", after {text!r}"
-    filtered = next((f"{name} {why}{after}" for name, why in reasons if _REFUSAL.search(why)), "")
-    if refusal := _text_of(message.get("refusal")) or refusal or error or filtered:
-        return refusal, REFUSED, ""
-    for name, reason in reasons:
-        if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
-            raise NoReply(f"{name} {reason}", status=200, charged=not empty)
+    said, refusal, thoughts = _said(message.get("content"))
+    text = said or ""
+    if refusal := _text_of(message.get("refusal")) or refusal or _refused(choice, came, text):
+        return refusal, REFUSED, thoughts
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
     names = ("reasoning", "reasoning_content", "reasoning_details")
     thoughts = thoughts or next((_text_of(message[name]) or "…" for name in names if message.get(name)), "")
-    if empty and (message.get("tool_calls") or message.get("function_call")):
+    if text.strip():
+        return text, stop, thoughts or text * ("</think>" in text and not text.rpartition("</think>")[2].strip())
+    if message.get("tool_calls") or message.get("function_call"):
         return "", "tool_calls", thoughts
-    if not empty:
-        refusal = _error_as_text(str(text))
-    elif stop != CUT_OFF:  # no model gives an empty reply without a token, a thought or a reason for its end
-        nothing = not counted.output_tokens or (text is None and not counted.reasoning_tokens)
-        if not reasons or (nothing and not thoughts):
-            reason = " ".join(reason for _, reason in reasons) or "without a reason for its end"
-            raise NoReply(f"an empty reply that no model gives, {reason}", status=200, charged=True)
-    text = text or ""
-    if "</think>" in text and not text.rpartition("</think>")[2].strip():
-        thoughts = thoughts or text
-    return refusal or text, REFUSED if refusal else stop, thoughts
+    # no model gives an empty reply without a token, a thought or a reason for its end
+    nothing = not counted.output_tokens or (said is None and not counted.reasoning_tokens)
+    reason = " ".join(str(choice[name]) for name in _REASONS if choice.get(name))
+    if stop != CUT_OFF and (not reason or (nothing and not thoughts)):
+        reason = reason or "without a reason for its end"
+        raise NoReply(f"an empty reply that no model gives, {reason}", status=200, charged=True)
+    return text, stop, thoughts
 
 
-def _error_as_text(text: str) -> str:
-    """The refusal in an object that holds an error and no move; empty for any text that is no error."""
+def _refused(choice: Mapping[str, Any], came: Mapping[str, Any], text: str) -> str:
+    """The words of a refusal beside a text or in its place; empty for a reply of the model, and a fault is raised."""
+    empty = not text.strip()
+    if error := _refusal_in(choice, "error", charged=not empty) or _refusal_in(came, "error", charged=not empty):
+        return error
+    reasons = [(name, str(choice[name])) for name in _REASONS if choice.get(name)]
+    for name, reason in reasons:
+        if _REFUSAL.search(reason):
+            return f"{name} {reason}" if empty else f"{name} {reason}, after {text!r}"
+    for name, reason in reasons:
+        if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON):
+            raise NoReply(f"{name} {reason}", status=200, charged=not empty)
     if "{" not in text and len(text) < _LONGEST_SAID and _ERROR_PAGE.match(text):
         raise NoReply(_line(text), status=200, charged=True)
     if text.lstrip().startswith("{") and '"error"' in text and '"joint"' not in text:
