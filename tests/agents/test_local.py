@@ -11,11 +11,12 @@ import pytest
 from lockprobe import run_trial
 from lockprobe.agents import local
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.settings import Model, tokens
+from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.local import CONSTANT, UNASKED, Engine, LocalModel
 from lockprobe.agents.prompt import Message, conversation, example, reply_schema
 from lockprobe.foundation.errors import BadFile, BadValue, ModelFault, UserMistake
 from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.estimate import tokens
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.runner import run_study

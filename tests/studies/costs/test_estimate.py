@@ -9,10 +9,10 @@ from builders import SOLUTION, make_trial
 from provider_server import here, joints, names, replying, truthful, words
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts
-from lockprobe.agents.llm.settings import Model, ModelSettings, tokens
+from lockprobe.agents.llm.settings import Model, ModelSettings
 from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.estimate import REPLY, estimates, request_sizes
+from lockprobe.studies.costs.estimate import REPLY, estimates, request_sizes, tokens
 from lockprobe.studies.costs.spending import spent_by_agent
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study

@@ -32,11 +32,6 @@ _LEFT = "provider default"
 _ON_RECORD = ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")
 """The options of which the record says what was sent."""
 
-CHARACTERS_A_TOKEN = 3.1
-"""Characters per token of our conversations: 9833 in 3179 tokens of SmolLM2-135M's tokenizer (instruction, schema, and
-observations and replies of six trials of ``human-inspired`` at p = 0.2). It is 2.0 in observations, 3.2 in replies and
-3.8 in the instruction; vocabularies larger than its 49 152 need fewer tokens."""
-
 PER_MESSAGE = 20
 """The most tokens around a message: its role, and marks of beginning and end."""
 
@@ -171,11 +166,6 @@ class Model:
             input_tokens=text + FORM + (self.facts.picture_tokens or MOST_PER_PICTURE) * blocks,
             output_tokens=self.settings.max_tokens or self.facts.most_output or MOST_OUTPUT,
         )
-
-
-def tokens(text: str) -> float:
-    """The approximate number of tokens of a text; see :data:`CHARACTERS_A_TOKEN`."""
-    return len(text) / CHARACTERS_A_TOKEN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
