@@ -116,8 +116,7 @@ FALSE, TRUE = Told(joint=1, moved=True), Told(joint=1, moved=False)
 @pytest.mark.parametrize(
     ("told", "free"),
     [
-        (FALSE, 3), (Told(joint=1, moved=False, corrects=TRUE), 3), (Told(joint=1, moved=True, corrects=TRUE), 3),
-        (Told(joint=1, moved=False, remarked=True), 3), (TRUE, 0),
+        (FALSE, 3), (replace(TRUE, odd=True), 3), (replace(FALSE, odd=True), 3), (TRUE, 0),
     ],
 )  # fmt: skip
 def test_any_odd_report_frees_a_loop_breaker_which_forgets_and_draws_a_new_cycle(told, free):

@@ -47,16 +47,14 @@ class Told:
     Attributes:
         shifted: Joints reported away from their reported start, bit j for joint j; None where positions are not told.
         states_only: Whether positions are told and no outcome, so that ``moved`` is inferred by comparing them.
-        corrects: The first statement of a report in two, which this one corrects; None without a correction.
-        remarked: Whether a remark comes with it.
+        odd: Whether it corrects what was said first, or a remark comes with it.
     """
 
     joint: int
     moved: bool
     shifted: int | None = None
     states_only: bool = False
-    corrects: Told | None = None
-    remarked: bool = False
+    odd: bool = False
 
     @property
     def outcome(self) -> Outcome:
@@ -85,8 +83,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         moved=outcome == "moved",
         shifted=shifted,
         states_only=percept.outcome is None,
-        corrects=None if percept.corrects is None else tell(task, percept.corrects, past),
-        remarked=bool(remark),
+        odd=percept.corrects is not None or bool(remark),
     )
 
 
@@ -133,8 +130,8 @@ class Recall(NamedTuple, Generic[Memory]):
 class Policy(Generic[Memory]):
     """A rule with a memory. As an :class:`lockprobe.trial.protocols.Agent` it recomputes its memory from the situation.
 
-    It caches its last recall, so that no report is read twice within a trial, and its last probabilities. A cache is
-    used only if the situation continues the cached one, or the memory is the same, so it never changes a decision.
+    It caches its last recall, so that no report is read twice within a trial. That is used only if the situation
+    continues the cached one, so it never changes a decision.
 
     Attributes:
         before: Its memory before the first step, where that does not depend on the task.
@@ -148,7 +145,6 @@ class Policy(Generic[Memory]):
     exact: ClassVar[bool] = False
     heeds_panel: bool = True
     _last_recall: Recall[Memory] | None = None
-    _last_chances: tuple[tuple[View, Memory], tuple[float, ...], list[float]] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -190,14 +186,10 @@ class Policy(Generic[Memory]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
-        known, last = self.recall(situation), self._last_chances
-        if last is None or last[0] != (known.view, known.memory):
-            chances = self.chances(known.view, known.memory)
-            last = (known.view, known.memory), chances, running_sums(chances)
-            object.__setattr__(self, "_last_chances", last)
-        _, chances, sums = last
+        known = self.recall(situation)
+        chances = self.chances(known.view, known.memory)
         return Decision(
-            joint=situation.task.joints[bisect_right(sums, rng.random())],
+            joint=situation.task.joints[draw(chances, rng.random())],
             claimed=None if known.told is None else self.claim(known.memory, known.told),
             probabilities=chances if self.exact else None,
         )

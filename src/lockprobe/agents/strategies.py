@@ -255,8 +255,7 @@ class LoopBreaker(Policy[Round]):
 
     def remember(self, view: View, memory: Round, told: Told) -> Round:
         """On along the cycle, or out of it."""
-        odd = told.corrects is not None or told.remarked or memory.told[told.joint] not in (0, 1 + told.moved)
-        if memory.free or odd:
+        if memory.free or told.odd or memory.told[told.joint] not in (0, 1 + told.moved):
             return self.remember_silence(view, memory, told.joint)
         reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
         size = min(_CYCLE, view.joints)
