@@ -69,11 +69,13 @@ def test_what_is_shipped_hangs_together():
     assert len(seen) == len(set(seen)) > 15
 
 
-def test_a_price_counts_every_token_once():
+def test_a_price_counts_every_token_once_and_those_of_a_cache_as_others_where_they_have_none_of_their_own(own):
     price = Price(input=2, cached=0.5, output=8, stored=2.5, date="2026-01-02", source="a list")
     usage = Usage(calls=1, input_tokens=1_000_000, output_tokens=250_000, cached_tokens=400_000, stored_tokens=100_000)
     assert price.of(usage) == pytest.approx(0.5 * 2 + 0.4 * 0.5 + 0.1 * 2.5 + 0.25 * 8)
     assert OWN.of(usage) == pytest.approx(0.6 * 2 + 0.4 * 0.5 + 0.25 * 8)
+    own("[[model]]\nmatch = ['a/b']\nprice = { input = 3.0, output = 2.0, date = 'd', source = 's' }")
+    assert price_of("a/b").of(usage) == most_dollars(usage, price_of("a/b")) == pytest.approx(3 + 0.25 * 2)
 
 
 def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped_and_a_price_changes_no_request(own):
@@ -108,13 +110,6 @@ def test_a_file_that_cannot_be_used_is_one_line_with_the_key(own, text, why):
     with pytest.raises(BadFile, match=f"^{path}: {why}") as wrong:
         facts_of("openai/gpt-4o")
     assert "\n" not in str(wrong.value)
-
-
-def test_tokens_from_a_cache_cost_as_others_where_no_price_of_theirs_is_given(own):
-    own("[[model]]\nmatch = ['a/b']\nprice = { input = 3.0, output = 2.0, date = 'd', source = 's' }")
-    usage = Usage(calls=1, input_tokens=10, cached_tokens=4, output_tokens=1)
-    assert price_of("a/b").of(usage) == pytest.approx((10 * 3 + 2) / 1e6)
-    assert most_dollars(usage, price_of("a/b")) == pytest.approx((10 * 3 + 2) / 1e6)
 
 
 def test_a_price_that_no_file_has_is_the_one_of_the_package_and_routers_have_none(own):

@@ -254,15 +254,11 @@ def _said(content: object) -> tuple[str | None, str, str]:
 
     It comes as text, in parts, or as the object that was asked for. Parts are joined: they are chunks, not lines.
     """
-    if content is None or isinstance(content, str):
-        return content, "", ""
     if isinstance(content, dict) and content.keys().isdisjoint({"type", "text"}):
         return json.dumps(content), "", ""
-    if not isinstance(content, list | dict):
-        return str(content), "", ""
     kinds: dict[str, str] = {}
-    for part in content if isinstance(content, list) else [content]:
-        of = {"text": part} if isinstance(part, str) else _mapping(part)
+    for part in content if isinstance(content, list) else [] if content is None else [content]:
+        of = part if isinstance(part, Mapping) else {"text": part}
         kind = str(of.get("type") or "text").removeprefix("output_")
         kind = "reasoning" if kind in ("thinking", "reasoning", "reasoning_text", "redacted_thinking") else kind
         names = (kind, "text", "thinking", "content", "summary", "data")

@@ -49,15 +49,17 @@ def _within(least: float, most: float, usual: float | None = None) -> Any:
     return field(default=usual, metadata={"range": (least, most)})
 
 
-def _check_ranges(made: ModelSettings | Access) -> None:
-    for option in fields(made):
-        value, (least, most) = getattr(made, option.name), option.metadata.get("range", (0, 0))
-        if most and value is not None and not least <= value <= most:
-            raise BadValue(option.name, value, f"a number from {least} to {most}")
+@dataclass(frozen=True, slots=True)
+class _InRange:
+    def __post_init__(self) -> None:
+        for option in fields(self):
+            value, (least, most) = getattr(self, option.name), option.metadata.get("range", (0, 0))
+            if most and value is not None and not least <= value <= most:
+                raise BadValue(option.name, value, f"a number from {least} to {most}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelSettings:
+class ModelSettings(_InRange):
     """The options of a model, each within its least and most. One that is None is not sent: the provider decides.
 
     Attributes:
@@ -80,9 +82,6 @@ class ModelSettings:
     images: int = _within(0, 10**6, 0)
     detail: Literal["auto", "low", "high"] = "high"
     repairs: int = _within(0, 20, 4)
-
-    def __post_init__(self) -> None:
-        _check_ranges(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,7 +168,7 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Access:
+class Access(_InRange):
     """How hosted models are reached: concurrency and retries. It changes no request.
 
     Attributes:
@@ -186,6 +185,3 @@ class Access:
     retries: int = _within(0, 100, 6)
     pause: float = _within(0, 60, 0.5)
     connect: float = _within(0.01, 86_400, 10.0)
-
-    def __post_init__(self) -> None:
-        _check_ranges(self)
