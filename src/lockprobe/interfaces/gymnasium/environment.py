@@ -158,10 +158,7 @@ class PlainEpisode:
     Attributes:
         ending: How the trial ended; None before.
         actions: The joints attempted so far, by their number in the listing.
-        info: Nothing: the report says it all.
     """
-
-    info: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey) -> None:
         self.ending: Ending | None = None
@@ -191,11 +188,11 @@ class PlainEpisode:
         elif taken == self._settings.study.max_steps:
             self.ending = "budget"
 
-    def observation(self) -> Vector:
-        """The report as a vector."""
+    def observation(self) -> tuple[Vector, dict[str, Any]]:
+        """The report as a vector, which says it all."""
         attempted = self.actions[-1] + 1 if self.actions else 0
         told = [self._told >> i & 1 for i in range(len(self._listing))] if self._settings.positions else ()
-        return np.array((self._target, attempted, self._outcome, *told), dtype=np.int64)
+        return np.array((self._target, attempted, self._outcome, *told), dtype=np.int64), {}
 
 
 class HeldEpisode:
@@ -205,7 +202,7 @@ class HeldEpisode:
     passes it on: an agent is not asked again after the last one.
 
     Attributes:
-        actions: The joints attempted so far, by their number in the listing.
+        ending, actions: As of a :class:`PlainEpisode`.
         finished: The record of the finished trial; None before.
 
     Raises:
@@ -215,6 +212,7 @@ class HeldEpisode:
     facts: ClassVar[Mapping[str, Fact]] = {}
 
     def __init__(self, settings: EnvironmentSettings, key: EpisodeKey, actions: Sequence[int] = ()) -> None:
+        self.ending: Ending | None = None
         self.actions: list[int] = []
         self.finished: Trial | None = None
         self._settings, self._key, self._open, plan = settings, key, ExitStack(), settings.plan(key)
@@ -236,41 +234,30 @@ class HeldEpisode:
         """Wait for a decision from outside."""
         return await _from_outside()
 
-    @property
-    def ending(self) -> Ending | None:
-        """How the trial ended; None before."""
-        return None if self.finished is None else self.finished.ending
-
     def attempt(self, action: int) -> None:
         """Run the loop to the next decision."""
         self.actions.append(action)
         self._send(Decision(joint=self._task.joints[action]))
 
-    def observation(self) -> Vector | Images:
-        """The report as a vector, or the pictures."""
+    def observation(self) -> tuple[Vector | Images, dict[str, Any]]:
+        """The report as a vector; or the pictures, with the task, which they do not show."""
         settings, task, percept = self._settings, self._task, self._percept
+        target = task.joints.index(task.target)
         if settings.shown == "symbolic":
             attempted = 0 if percept.joint is None else task.joints.index(percept.joint) + 1
             told = settings.outcomes and percept.outcome is not None
             outcome = BLOCKED + (percept.outcome == "moved") if told else 0
             positions = (percept.positions or (_UNTOLD,) * len(task.joints)) if settings.positions else ()
-            return np.array((task.joints.index(task.target), attempted, outcome, *positions), dtype=np.int64)
+            return np.array((target, attempted, outcome, *positions), dtype=np.int64), {}
         seen = {picture.kind: from_png(picture.png) for picture in percept.pictures}
         for kind in ("rgb", "depth16")[: 1 + (settings.shown == "rgbd")]:
             if kind not in seen:
                 raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel removed it")
-        rgb = seen["rgb"].astype(np.uint8, copy=False)
+        rgb, info = seen["rgb"].astype(np.uint8, copy=False), {"target": target, "labels": "".join(task.joints)}
         if settings.shown == "rgb":
-            return rgb
+            return rgb, info
         metres = seen["depth16"].astype(np.float32)[..., None] / np.float32(1000)
-        return {"rgb": rgb, "depth": np.where(metres <= _FARTHEST, metres, np.float32(0))}
-
-    @property
-    def info(self) -> dict[str, Any]:
-        """With pictures the task, which they do not show."""
-        if self._settings.shown == "symbolic":
-            return {}
-        return {"target": self._task.joints.index(self._task.target), "labels": "".join(self._task.joints)}
+        return {"rgb": rgb, "depth": np.where(metres <= _FARTHEST, metres, np.float32(0))}, info
 
     def close(self) -> None:
         """End the loop and close the plant."""
@@ -285,6 +272,7 @@ class HeldEpisode:
             self._loop.send(decision)
         except StopIteration as end:
             self.finished = replace(end.value, channels=end.value.channels[:-1])  # without this one
+            self.ending = self.finished.ending
             if (error := self.finished.error) is not None:
                 self.close()
                 fault = PlantFault if error.boundary == "plant" else ChannelFault
@@ -344,7 +332,7 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         self.close()
         self._next = begun._replace(trial=begun.trial + 1)
         self._episode = (HeldEpisode if self.settings.flip is None else PlainEpisode)(self.settings, begun)
-        return self._episode.observation(), dict(self._episode.info)
+        return self._episode.observation()
 
     def step(self, action: np.int64 | int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Attempt a joint.
@@ -362,8 +350,8 @@ class LockboxEnv(gymnasium.Env[Vector | Images, np.int64]):
         episode.attempt(int(action))
         if episode.ending is not None:
             self._finished = episode
-        solved = episode.ending == "solved"
-        return episode.observation(), float(solved), solved, episode.ending == "budget", dict(episode.info)
+        (told, info), solved = episode.observation(), episode.ending == "solved"
+        return told, float(solved), solved, episode.ending == "budget", info
 
     def close(self) -> None:
         """Drop the unfinished trial and its plant."""
