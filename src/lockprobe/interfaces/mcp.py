@@ -150,7 +150,8 @@ class ToolSession:
             try:
                 yield session
             finally:
-                await session._let_go()
+                if session._trial is not None:
+                    await session._trial.close()
 
     @property
     def owed(self) -> int:
@@ -279,7 +280,8 @@ class ToolSession:
             if trial.sound:
                 self._log.write(trial.plan.key, "attempt", step._replace(told=told))
         except BadFile:  # an attempt that is not written has not been made
-            await self._let_go()
+            self._trial = None
+            await trial.close()
             raise
         if trial.trial is None:
             assert trial.situation is not None
@@ -300,11 +302,6 @@ class ToolSession:
             self._log.write(trial.plan.key, "broke")
         if self._journal.owes(trial.plan.key):
             self._journal.append(trial.trial, trial.seconds)
-
-    async def _let_go(self) -> None:
-        trial, self._trial = self._trial, None
-        if trial is not None:
-            await trial.close()
 
 
 def _reply(situation: Situation, before: str = "") -> Reply:
