@@ -187,7 +187,12 @@ def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = _
                 if next_did is not None and isinstance(next_did.act, Attempt):
                     row["claimed_rt_ms"] = next_did.act.claimed_rt
                 if did is not None:
-                    row |= {"report": step.told, "shown": did.shown, "rt_ms": _rt(did), "at": did.at}
+                    row |= {
+                        "report": step.told,
+                        "shown": did.shown,
+                        "rt_ms": getattr(did.act, "rt", None),
+                        "at": did.at,
+                    }
                 yield row
 
     return Table("steps", rows)
@@ -225,10 +230,6 @@ def _of_trial(trial: Trial) -> Row:
 def _named(one: object, *names: str) -> Row:
     """The columns that are called what an object calls them."""
     return {name: getattr(one, name) for name in names}
-
-
-def _rt(did: Did) -> float | None:
-    return getattr(did.act, "rt", None)
 
 
 def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, Cell]]:
@@ -337,7 +338,7 @@ def _acts(study: Study, diaries: list[Diary], acts: Mapping[tuple[str, int], Did
                 "scene": did.scene if did.act else "broken",
                 "position": did.box,
                 "key": keys.get(did.box or 0),
-                "rt_ms": _rt(did),
+                "rt_ms": getattr(did.act, "rt", None),
             }
             if isinstance(did.act, Attempt):
                 width, height = did.act.viewport or (None, None)
