@@ -150,7 +150,7 @@ class Minds:
     def __init__(self, policy: Policy[Any], world: World) -> None:
         self._policy, self._world, self._joints = policy, world, world.space.joints
         self._minds: list[tuple[View, Hashable]] = []
-        self._sums: list[Sequence[float]] = []  # of their choice probabilities
+        self._chances: list[tuple[float, ...]] = []  # of each joint
         self._numbers: dict[tuple[View, Hashable], int] = {}
         self._after: dict[int, int] = {}
 
@@ -167,20 +167,24 @@ class Minds:
         number = self._numbers.setdefault((view, memory), len(self._minds))
         if number == len(self._minds):
             self._minds.append((view, memory))
-            self._sums.append(running_sums(self._policy.chances(view, memory)))
+            self._chances.append(self._policy.chances(view, memory))
         return number
+
+    def chances(self, minds: Whole) -> NDArray[np.float64]:
+        """The probability with which each mind attempts each place in the listing, shape (minds, joints)."""
+        return np.array([self._chances[mind] for mind in minds.tolist()]).reshape(-1, self._joints)
 
     def choose(self, minds: Whole, luck: NDArray[np.float64]) -> Whole:
         """The place in the listing that each row attempts, given a random number for each."""
         kinds, rows = np.unique(minds, return_inverse=True)
-        sums = np.array([self._sums[kind] for kind in kinds.tolist()])
+        sums = np.array([running_sums(self._chances[kind]) for kind in kinds.tolist()])
         return np.asarray((luck[:, None] >= sums[rows]).sum(axis=1))
 
     def remember(self, minds: Whole, places: Whole, moved: Flags, shifted: Whole) -> Whole:
         """The minds after reports: whether the joint moved as told, and the joints told away from their start."""
         heard = ((minds * self._joints + places) * 2 + moved << self._joints) + shifted
         kinds, rows = np.unique(heard, return_inverse=True)
-        return np.array([self._heard(kind) for kind in kinds.tolist()])[rows]
+        return np.array([self._heard(kind) for kind in kinds.tolist()], np.int64)[rows]
 
     def _heard(self, heard: int) -> int:
         """The mind after a report, both as one number."""
