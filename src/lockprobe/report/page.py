@@ -27,7 +27,7 @@ from threadpoolctl import threadpool_limits
 
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
-from lockprobe.foundation.storage.atomic_file import make_directory, remove_file, write_file
+from lockprobe.foundation.storage.atomic_file import make_directory, refuse_links, write_file
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import Entry, as_csv
 from lockprobe.report.opened import OpenedStudy, open_study
@@ -70,7 +70,8 @@ def write_report(
             for name, content in report_files(open_study(directory), tell=tell, left_out=left_out):
                 path = directory / name
                 if content is None:
-                    remove_file(path)
+                    refuse_links(path.parent)
+                    path.unlink(missing_ok=True)
                 else:
                     make_directory(path.parent)
                     write_file(path, content)

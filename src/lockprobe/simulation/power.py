@@ -126,25 +126,21 @@ def power(
     ladder, least = sorted({*(sizes or effects[0].sizes)}), max(one.least for one in effects)
     if ladder[0] < least or ladder[-1] > _MOST:
         raise BadValue(effects[0].counted, ladder, f"numbers of at least {least} and at most {_MOST}")
-    starts = range(0, studies, _BATCH)
     jobs: list[_Job] = [
-        (number, effect, size, seed, range(studies)[first : first + _BATCH])
-        for number, (effect, size, first) in enumerate(product(effects, ladder, starts))
+        (place, effect, size, seed, range(studies)[first : first + _BATCH])
+        for (place, effect), size, first in product(enumerate(effects), ladder, range(0, studies, _BATCH))
     ]
-    counts = dict[int, Counter[str]]()
-    for job, counted in workers.each(_simulator, jobs) if workers else ((job, _simulated(job)) for job in jobs):
-        if isinstance(counted, Lost):
+    found: list[dict[int, Counter[str]]] = [{size: Counter() for size in ladder} for _ in effects]
+    results = workers.each(_simulator, jobs) if workers else ((job, _simulated(job)) for job in jobs)
+    for done, ((place, _, size, *_), detected) in enumerate(results, start=1):
+        if isinstance(detected, Lost):
             assert workers is not None
-            raise Missing(f"a worker was lost before its work was done ({counted.why})", workers.remedy)
-        counts[job[0]] = counted
-        progress(len(counts), len(jobs))
-    found = [Counter[str]() for _ in range(len(effects) * len(ladder))]
-    for number in range(len(jobs)):
-        found[number // len(starts)] += counts[number]
+            raise Missing(f"a worker was lost before its work was done ({detected.why})", workers.remedy)
+        found[place][size].update(detected)
+        progress(done, len(jobs))
     needed = []
-    for i, effect in enumerate(effects):
-        at = dict(zip(ladder, found[i * len(ladder) :], strict=False))
-        every = dict.fromkeys([*effect.asked, *(what for of in at.values() for what in of)])
+    for effect, at in zip(effects, found, strict=True):
+        every = dict.fromkeys([*effect.asked, *sorted({what for of in at.values() for what in of}, reverse=True)])
         needed.append({what: Needed.of({size: of[what] for size, of in at.items()}, studies) for what in every})
     return needed
 
@@ -368,7 +364,7 @@ Effect = Conditions | Clusters
 """What is true of an agent, or of people or boxes. Jobs carry it to other processes."""
 
 _Job = tuple[int, Effect, int, int, range]
-"""The number of a batch, what is true, the size of its studies, the seed, and the numbers of the studies."""
+"""The place of what is true, what that is, the size of studies, the seed, and the numbers of the studies."""
 
 
 @lru_cache(maxsize=1000)

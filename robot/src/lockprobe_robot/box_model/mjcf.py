@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.storage.atomic_file import write_files
+from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.trial.labels import LABELS
 from lockprobe.trial.pictures.frame import to_png
 from lockprobe_robot.arm.model import HOME, add_arm, add_hand
@@ -32,7 +32,7 @@ def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
         BadFile: If a file cannot be written, or is no regular file.
     """
     spec = plain_scene(box, arm=arm)
-    files: dict[Path, str | bytes] = {}
+    files: dict[Path, bytes] = {}
     with TemporaryDirectory() as compiled_in:
         for texture in spec.textures:
             if not texture.data:
@@ -46,8 +46,10 @@ def write_model(box: Lockbox, path: Path, *, arm: bool = False) -> None:
         spec.compile()
         # Two words that MuJoCo 3.3 (robosuite's) does not know; MuJoCo 4 means the same without them.
         plain = re.sub(r' colorspace="\w+"', "", spec.to_xml())
-        files[path] = plain.replace('type="directional"', 'directional="true"')
-    write_files(files)
+        files[path] = plain.replace('type="directional"', 'directional="true"').encode()
+    with atomic_files(*files) as drafts:
+        for draft, content in zip(drafts, files.values(), strict=True):
+            draft.write_bytes(content)
 
 
 def plain_scene(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:

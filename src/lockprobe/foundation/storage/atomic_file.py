@@ -18,7 +18,7 @@ import fcntl
 import os
 import secrets
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -137,17 +137,10 @@ def atomic_files(*paths: Path, mode: int = 0o666, tidy: bool = True) -> Iterator
                 _sync(target.parent)
 
 
-def write_files(files: Mapping[Path, str | bytes], *, mode: int = 0o666) -> None:
-    """Write files, as :func:`atomic_files` does, text as UTF-8 with its own line ends."""
-    with atomic_files(*files, mode=mode) as drafts:
-        for draft, (path, content) in zip(drafts, files.items(), strict=True):
-            with writing(path):
-                draft.write_bytes(content.encode() if isinstance(content, str) else content)
-
-
 def write_file(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
-    """Write a file, as :func:`write_files` does."""
-    write_files({path: content}, mode=mode)
+    """Write a file, as :func:`atomic_files` does, text as UTF-8 with its own line ends."""
+    with atomic_files(path, mode=mode) as (draft,):
+        draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
@@ -161,9 +154,3 @@ def make_directory(path: Path, *, mode: int = 0o777) -> None:
     refuse_links(path)
     with writing(path):
         path.mkdir(mode=mode, parents=True, exist_ok=True)
-
-
-def remove_file(path: Path) -> None:
-    """Delete a file, if it is there; a link itself is deleted."""
-    refuse_links(path.parent)
-    path.unlink(missing_ok=True)
