@@ -9,7 +9,7 @@ from builders import small_study, study_of
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.studies.comparable import check_comparable, families, shared_names
+from lockprobe.studies.comparable import check_comparable, families, shared
 
 FLIPS = small_study()
 A, B, C = Path("a"), Path("b"), Path("c")
@@ -19,10 +19,6 @@ def of_conditions(*specs, **names):
     conditions = [read_condition(spec) for spec in specs]
     conditions += [read_condition(spec, name) for name, spec in names.items()]
     return replace(FLIPS, conditions=tuple(conditions))
-
-
-def names(study):
-    return [one.name for one in shared_names(study).values()]
 
 
 SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
@@ -66,15 +62,14 @@ def test_a_prompt_belongs_to_the_agent(tmp_path):
     file = tmp_path / "curt.txt"
     file.write_text("{joints} {target} {reply}")
     study = of_conditions("truth", f"prompt?file={file}", f"prompt?file={file} + nudge")
-    assert [(one.name, one.prompt) for one in shared_names(study).values()] == [
-        ("truth", ""),
-        ("truth", str(file)),
-        ("nudge", str(file)),
-    ]
+    found = [(acting.label, prompt) for acting, prompt in shared(study).values()]
+    assert found == [("truth", ""), ("truth", str(file)), ("nudge", str(file))]
 
 
 def test_families_are_flip_rates_with_the_truth_every_other_axis_and_all_others():
     study = of_conditions("tremble?p=0.1", "nudge", "truth", "flip?p=0.4", "tremble?p=0.2", "drop?p=0.3")
-    found = " ".join(f"{name}:{family}" for name, family in families(shared_names(study).values()).items())
+    found = " ".join(
+        f"{name}:{family}" for name, family in families(acting for acting, _ in shared(study).values()).items()
+    )
     doses = "tremble?p=0.1:tremble p tremble?p=0.2:tremble p"
     assert found == f"truth:flip rate flip?p=0.4:flip rate {doses} nudge: drop?p=0.3:"

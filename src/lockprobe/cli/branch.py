@@ -12,6 +12,7 @@ from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.printing import print_rows
 from lockprobe.cli.run_study import Progress
+from lockprobe.foundation import plugins
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import texts
@@ -58,7 +59,7 @@ def branch(
     under true reports the effect is that of the first lie. --budget counts all forks of the study. Exit status 3: the
     budget ended the run; 1: a fork broke and is owed.
     """
-    options.permit(allow)
+    plugins.allow(*(allow or ()))
     study = read_study(directory)
     places, arms = ([one.strip() for one in words.split(",")] for words in (at, told))
     asked = branching(

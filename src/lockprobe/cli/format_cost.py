@@ -57,10 +57,7 @@ def estimate_lines(found: Estimate) -> list[str]:
     trials = f"{'at most ' * found.until}{count(found.trials, 'trial')}"
     lines = [f"{found.called}: {trials}, about {calls} calls, {tokens_in} tokens in, {tokens_out} out"]
     if (paid := found.dollars()) is None or found.price is None:
-        return [
-            *lines,
-            f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)",
-        ]
+        return [*lines, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
     return [*lines, f"  about {span(*map(money, paid))}; prices of {found.price.date}"]
 
 

@@ -6,14 +6,14 @@ a study are those of :class:`lockprobe.studies.options.study_options.StudyOption
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 from typer.core import TyperCommand
 
-from lockprobe.foundation.plugins import allow, docstring
+from lockprobe.foundation.plugins import docstring
 
 if TYPE_CHECKING:
     from typer import Typer
@@ -53,15 +53,8 @@ Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging requ
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core, at most 8).")]
 
 
-def permit(specs: Iterable[str] | None) -> None:
-    """Let code of ``--allow`` run."""
-    allow(*(specs or ()))
-
-
 AS_RUN = "The same as for lockprobe run, whose --help explains them"
 """The heading of the options that a command accepts and does not explain."""
-
-_ARGUMENTS, _OPTIONS = "Arguments", "Options"
 
 Function = TypeVar("Function", bound=Callable[..., None])
 
@@ -103,11 +96,11 @@ class Command(TyperCommand):
         headings: Mapping[str, str] = getattr(self.callback, "headings", {})
         left = {option.name: option for option in self.get_params(context)}
         found = {
-            _ARGUMENTS: [left.pop(one) for one in list(left) if left[one].param_type_name == "argument"],
-            _OPTIONS: [],
+            "Arguments": [left.pop(one) for one in list(left) if left[one].param_type_name == "argument"],
+            "Options": [],
             **{heading: [left.pop(one) for one in names.split()] for heading, names in headings.items()},
         }
-        found[_OPTIONS] += left.values()
+        found["Options"] += left.values()
         return {heading: options for heading, options in found.items() if options}
 
     def format_options(self, context: Any, formatter: Any) -> None:

@@ -19,6 +19,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Access
 from lockprobe.cli import options
 from lockprobe.cli.study_options import Name, with_study_options
+from lockprobe.foundation import plugins
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.study_options import read_file, read_options
 
@@ -26,17 +27,16 @@ _ESTIMATE = "Only estimate the cost; call no model and write nothing."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
-HEADINGS = {
-    "Options": "agent p trials until condition box full out estimate budget",
-    "The study": "boxes repetitions strategy_trials seed max_steps plant layout shuffle as_paper",
-    "Reports and conditions": "sweep flip modality assessment hypothesis",
-    "Running": "workers shard cluster allow report json",
-    "Hosted models": "connections timeout retries",
-}
-"""Heading -> its options; first what most people need."""
 
-
-@options.under_headings(HEADINGS)
+@options.under_headings(
+    {
+        "Options": "agent p trials until condition box full out estimate budget",  # what most people need
+        "The study": "boxes repetitions strategy_trials seed max_steps plant layout shuffle as_paper",
+        "Reports and conditions": "sweep flip modality assessment hypothesis",
+        "Running": "workers shard cluster allow report json",
+        "Hosted models": "connections timeout retries",
+    }
+)
 @with_study_options(explained=True)
 def run(
     what: Name,
@@ -70,7 +70,7 @@ def run(
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: trials are owed again, or none ended validly.
     """
-    options.permit(allow)
+    plugins.allow(*(allow or ()))
     for agent in read_options(what, asked).agents[0]:  # what is mistyped waits for no import
         resolve(agent)
     if "agent" in asked and what.endswith(".toml") and (theirs := read_file(Path(what)).agent):

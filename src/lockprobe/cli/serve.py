@@ -16,6 +16,7 @@ import typer
 
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
+from lockprobe.foundation import plugins
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import read_input
@@ -112,7 +113,7 @@ def serve(
     if write_texts or write_people:
         _write_examples(texts or Experiment().language, write_texts, write_people)
         return
-    options.permit(allow)
+    plugins.allow(*(allow or ()))
     if not what:
         raise BadValue("study", what, f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
     given = {"language": texts, "join_code": join_code}

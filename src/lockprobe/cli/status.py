@@ -20,8 +20,8 @@ from lockprobe.studies.costs.call_log import kept_replies, read_calls
 from lockprobe.studies.costs.spending import Spending, spent_by_agent, total
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import is_being_written
-from lockprobe.studies.records.read_records import Tally, load, standing
-from lockprobe.studies.records.store import STORE
+from lockprobe.studies.records.read_records import Tally, load, tally
+from lockprobe.studies.records.store import STORE, read, trials_in
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 
@@ -29,7 +29,13 @@ from lockprobe.trial.record import Trial
 def status(directory: options.Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study."""
     study, logged = read_study(directory), read_calls(directory)
-    found, flow, forks, report = standing(directory, study), dict[str, int](), list[Trial](), None
+    flow, forks, report = dict[str, int](), list[Trial](), None
+    with read(directory) as store:
+        counted = tally(store, study)
+        replaced = store.one("select total(steps), total(seconds) from trial where not current")
+        broke = [trial for one in counted if one.boundary for trial in trials_in(store, "id = ?", one.first)]
+        ended = store.rows("select key from trial where current and not owed and key in (select key from call)")
+        over = {key for (key,) in ended}  # finished trials that have calls
     trials, planned, given = load(directory) if study.until else [], study.size, dict[str, tuple[int, int]]()
     if study.invited:  # what a study does not have takes longer to import than its trials to count
         from lockprobe.people.diary import boxes_of, flow_of, read_diaries
@@ -51,20 +57,20 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
         from lockprobe.studies.decisions import planned_now
 
         planned, (said, answers) = planned_now(study, trials), decided(study, trials)
-    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in found.over}
-    begun = {call.key for call in logged if call.broken_off and call.key not in found.over} | kept.keys()
-    flying = {call.key: call for call in logged if call.key not in found.over} if is_being_written(directory) else {}
+    kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in over}
+    begun = {call.key for call in logged if call.broken_off and call.key not in over} | kept.keys()
+    flying = {call.key: call for call in logged if call.key not in over} if is_being_written(directory) else {}
     logged = [call for call in logged if not (call.broken_off and call is flying.get(call.key))]
     facts: dict[str, Any] = {
         "study": study.name,
         "time": time_said(),
-        **_played(study, found.tallies, planned),
-        "first_errors": found.first_errors,
+        **_played(study, counted, planned),
+        "first_errors": {str(one.error.boundary): one.error.message for one in broke[::-1] if one.error},
         "in_progress": len(begun),
         "in_progress_calls": sum(kept.values()),
         "on_their_way": sum(call.broken_off for call in flying.values()),
-        "steps": found.steps,
-        "seconds_playing": found.seconds,
+        "steps": int(replaced[0]) + sum(one.steps for one in counted),
+        "seconds_playing": round(replaced[1] + sum(one.seconds for one in counted), 1),
         "forks": sum(not fork.owed_again for fork in forks),
         "reported": None if report is None else report.progress.finished,
         "participants": flow

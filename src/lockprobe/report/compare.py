@@ -32,7 +32,7 @@ from lockprobe.statistics.course import is_baseline
 from lockprobe.statistics.differences import each_difference, independent_difference
 from lockprobe.statistics.multiple_testing import holm
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.studies.comparable import check_comparable, families, shared_names
+from lockprobe.studies.comparable import check_comparable, families, shared
 from lockprobe.trial.record import Trial
 
 _SHARE, _OTHER = "success_compared", "the other"
@@ -116,15 +116,15 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
     for agent in agents:
         if agent not in known:
             raise UnknownName("agent of these studies", agent, known)
-    own = [shared_names(one.study) for one in opened]
-    times = Counter(name for conditions in own for name in {shared.name for shared in conditions.values()})
-    every = {shared.name: shared for conditions in own for shared in conditions.values() if times[shared.name] > 1}
+    own = [shared(one.study) for one in opened]
+    times = Counter(label for conditions in own for label in {acting.label for acting, _ in conditions.values()})
+    every = {one.label: one for conditions in own for one, _ in conditions.values() if times[one.label] > 1}
     family = families(every.values())
     ends = [["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)] for path in resolved]
     studies, samples = [], []
     for one, conditions, paths in zip(opened, own, ends, strict=True):
         name = next(end for end in paths if sum(end in other for other in ends) == 1)
-        left = dict.fromkeys(shared.name for shared in conditions.values() if shared.name not in family)
+        left = dict.fromkeys(acting.label for acting, _ in conditions.values() if acting.label not in family)
         far = one.progress
         studies.append(
             {"name": name, "study": one.study.name, "seed": one.study.seed, "agents": [*one.study.labels]}
@@ -133,12 +133,12 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         )
         played: dict[tuple[str, str], list[Trial]] = {}
         for trial in one.trials:
-            shared = conditions[one.study.labelled(trial.condition)]
-            if shared.name in family and trial.group in (agents or known):
-                called = who(trial.group) + f" with {shared.prompt}" * bool(shared.prompt)
-                played.setdefault((shared.name, called), []).append(trial)
-        for (acting, agent), trials in played.items():
-            samples.append(Sample(name, agent, acting, one.study.seed, trials, family[acting]))
+            acting, prompt = conditions[one.study.labelled(trial.condition)]
+            if acting.label in family and trial.group in (agents or known):
+                called = who(trial.group) + f" with {prompt}" * bool(prompt)
+                played.setdefault((acting.label, called), []).append(trial)
+        for (label, agent), trials in played.items():
+            samples.append(Sample(name, agent, label, one.study.seed, trials, family[label]))
     samples.sort(key=lambda one: [*family].index(one.condition))
     rules = rules_broken_said(*opened[0].rules.broken(t for one in samples for t in one.trials))
     rows = study_rows(samples)

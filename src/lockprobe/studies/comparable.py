@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.formatting import listed
@@ -23,22 +22,6 @@ from lockprobe.trial.condition import Condition, Recorded
 
 _FREE = ("name", "names", "conditions", "strategy_conditions", *SIZES)
 """Settings that may differ."""
-
-
-class SharedCondition(NamedTuple):
-    """A condition as several studies share it.
-
-    What acts in it has no prompt and no doses of 0, and is named only to tell it from others. A prompt, by its file,
-    counts as part of the agent, so two prompts are compared like two agents.
-    """
-
-    acting: Condition
-    prompt: str = ""
-
-    @property
-    def name(self) -> str:
-        """What acts as a spec; ``truth`` if nothing does."""
-        return self.acting.label
 
 
 def check_comparable(studies: Mapping[Path, Study]) -> None:
@@ -54,7 +37,7 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
     if len(studies) < 2:
         raise BadValue("directories", len(studies), "two or more, each with a study")
     first, ours = next(iter(studies.items()))
-    names = {directory: [one.name for one in shared_names(study).values()] for directory, study in studies.items()}
+    names = {directory: [one.label for one, _ in shared(study).values()] for directory, study in studies.items()}
     for directory, theirs in studies.items():
         free = _FREE if len(ours.boxes) > 1 else (*_FREE, "seed")  # of several, pairs of equal luck are compared
         for name, (there, here) in ours.differences(theirs, but=free).items():
@@ -66,25 +49,28 @@ def check_comparable(studies: Mapping[Path, Study]) -> None:
             raise BadFile(directory, f"it shares no condition with the other studies: it has {has}; they have {have}")
 
 
-def shared_names(study: Study) -> dict[Condition, SharedCondition]:
-    """The conditions of a study under their shared names."""
+def shared(study: Study) -> dict[Condition, tuple[Condition, str]]:
+    """The conditions of a study as others share them: what acts, without its name and doses of 0, and the prompt.
+
+    A prompt, by its file, counts as part of the agent, so two prompts are compared like two agents.
+    """
     found = {}
     for one in study.conditions:
         prompts = [spec for spec in one.specs if spec_name(spec) == OwnPrompt.name]
         acting = tuple(Recorded(spec=str(spec), doses=doses) for spec, doses in one.acting if str(spec) not in prompts)
         bare = replace(one, interventions=acting, name="")
         files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
-        found[one] = SharedCondition(bare, " + ".join(files))
+        found[one] = bare, " + ".join(files)
     return found
 
 
-def families(conditions: Iterable[SharedCondition]) -> dict[str, str]:
-    """The family of each shared condition, by name, in the order of the families.
+def families(conditions: Iterable[Condition]) -> dict[str, str]:
+    """The family of each shared condition, by its label, in the order of the families.
 
     Flip rates of every modality are one, with the truth; the doses of every other axis are one; all others are one,
     whose name is empty. So a condition more changes nothing that is concluded of another family.
     """
-    acting = list(dict.fromkeys(one.acting for one in conditions))
+    acting = list(dict.fromkeys(conditions))
     flips = frozenset(one.label for one in flip_axis(acting))
     design = Design(agents=(), arms=arms_of(acting), axis=flips)
     found = {one.label: "flip rate" for one in acting if one.label in flips}

@@ -21,7 +21,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError, model_validator
 
 from lockprobe.agents.local import portable
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
@@ -80,13 +80,12 @@ class NamedCondition(BaseModel):
     spec: str = Field(max_length=1000)
     name: str = ""
 
+    @model_validator(mode="before")
     @classmethod
-    def parsed(cls, given: object) -> object:
-        """A text as a condition; all else as it is."""
-        if not isinstance(given, str):
-            return given
-        name, spec = named_spec(given, "condition", "lies=flip?p=0.4")
-        return {"spec": spec, "name": name}
+    def _parsed(cls, given: object) -> object:
+        if isinstance(given, str):
+            return dict(zip(("name", "spec"), named_spec(given, "condition", "lies=flip?p=0.4"), strict=True))
+        return given
 
 
 Spec = Annotated[str, Field(max_length=1000)]
@@ -103,11 +102,7 @@ Rates = Annotated[list[float], Field(max_length=1000), BeforeValidator(_parts)]
 Boxes = Annotated[list[str | Path | InstanceOf[Lockbox]], Field(min_length=1), BeforeValidator(_parts)]
 """Names, paths of files, or boxes; in a file of text only the first two."""
 
-Conditions = Annotated[
-    list[Annotated[NamedCondition, BeforeValidator(NamedCondition.parsed)]],
-    Field(max_length=1000),
-    BeforeValidator(_listed),
-]
+Conditions = Annotated[list[NamedCondition], Field(max_length=1000), BeforeValidator(_listed)]
 
 
 class StudyOptions(BaseModel):
@@ -241,11 +236,7 @@ def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> 
     if said.study not in STUDIES:
         raise UnknownName("study", said.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     for what, spec in ((what, spec) for what, specs in said.specs.items() for spec in specs if what not in given):
-        if (
-            file is not None
-            and isinstance(spec, str)
-            and any(spec_kind(part) == "python" for part in split_specs(spec))
-        ):
+        if file and any(spec_kind(part) == "python" for part in split_specs(spec)):
             raise BadFile(file, f"{what}: {spec} would run code; name it on the command line with --{what}")
     return said
 

@@ -173,29 +173,3 @@ def results_hash(study: Study, records: Iterable[bytes]) -> str:
     for record in records:
         found.update(record + b"\n")
     return hashlib.sha256(f"{study.settings_hash} {found.hexdigest()}".encode()).hexdigest()[:32]
-
-
-class Standing(NamedTuple):
-    """What counts; steps and seconds, of replaced records too; first errors; finished trials that have calls."""
-
-    tallies: list[Tally]
-    steps: int
-    seconds: float
-    first_errors: dict[str, str]
-    over: frozenset[str]
-
-
-def standing(directory: Path | str, study: Study) -> Standing:
-    """How the study of a directory stands, counted in its store."""
-    with read(directory) as store:
-        found = tally(store, study)
-        steps, seconds = store.one("select total(steps), total(seconds) from trial where not current")
-        broke = [trial for one in found if one.boundary for trial in trials_in(store, "id = ?", one.first)]
-        over = store.rows("select key from trial where current and not owed and key in (select key from call)")
-        return Standing(
-            tallies=found,
-            steps=int(steps) + sum(one.steps for one in found),
-            seconds=round(seconds + sum(one.seconds for one in found), 1),
-            first_errors={str(trial.error.boundary): trial.error.message for trial in broke[::-1] if trial.error},
-            over=frozenset(key for (key,) in over),
-        )

@@ -9,8 +9,6 @@ from typing import Self
 
 from lockprobe.foundation.errors import BadValue
 
-_MOST = 100_000
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
@@ -23,8 +21,8 @@ class Shard:
     of: int
 
     def __post_init__(self) -> None:
-        if not 1 <= self.number <= self.of <= _MOST:
-            raise BadValue("shard", str(self), f"i/n with i from 1 to n, and n of at most {_MOST}")
+        if not 1 <= self.number <= self.of <= 100_000:
+            raise BadValue("shard", str(self), "i/n with i from 1 to n, and n of at most 100000")
 
     def __str__(self) -> str:
         return f"{self.number}/{self.of}"

@@ -7,7 +7,7 @@ Which trials are owed, and in which order agents play, is decided here; where th
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from itertools import product
@@ -71,8 +71,12 @@ def run(
     """
     limits, observer, of = limits or Limits(), observer or Observer(), plans or next_plans(study, journal)
 
-    def owed_by(source: AgentSource) -> Iterator[Plan]:
-        return _owed(of(source.spec), source, journal)
+    def owed_by(source: AgentSource) -> Iterable[Plan]:
+        """Of a hosted agent trials that were begun come first, so that a small budget ends them."""
+        found = (plan for plan in of(source.spec) if journal.owes(plan.key))
+        if source.engine != "network":  # a strategy can owe a million
+            return found
+        return sorted(found, key=lambda plan: not journal.calls.has_replies(plan.key))
 
     owed = _owed_here(study, limits, owed_by)
     observer.begin(study, journal, sum(owed.values()))
@@ -84,8 +88,8 @@ def run(
         try:
             while left:
                 turn = Turn(study, source, journal, limits, observer)
-                turn.play(owed_by(source), left)
-                left = _count(owed_by(source)) if study.until and turn.ended else 0
+                turn.play(iter(owed_by(source)), left)
+                left = sum(1 for _ in owed_by(source)) if study.until and turn.ended else 0
                 observer.more(left)
         except BudgetReached as reached:
             spent = reached
@@ -95,25 +99,13 @@ def run(
             if study.attended:  # whoever answers at the terminal answers for all agents
                 raise
             given_up[source.spec] = why
-            observer.given_up(source, _count(owed_by(source)), why)
+            observer.given_up(source, sum(1 for _ in owed_by(source)), why)
     if spent or given_up:
         raise spent or AgentsGivenUp(given_up)
 
 
-def _owed(plans: Iterable[Plan], source: AgentSource, journal: Journal) -> Iterator[Plan]:
-    """What an agent owes; of a hosted one trials that were begun come first, so that a small budget ends them."""
-    found = (plan for plan in plans if journal.owes(plan.key))
-    if source.engine != "network":  # a strategy can owe a million
-        return found
-    return iter(sorted(found, key=lambda plan: not journal.calls.has_replies(plan.key)))
-
-
-def _count(plans: Iterator[Plan]) -> int:
-    return sum(1 for _ in plans)
-
-
 def _owed_here(
-    study: Study, limits: Limits, owed_by: Callable[[AgentSource], Iterator[Plan]]
+    study: Study, limits: Limits, owed_by: Callable[[AgentSource], Iterable[Plan]]
 ) -> dict[AgentSource, int]:
     """What agents owe that can be run, strategies first: all but people (who are invited) and clients (which connect).
 
@@ -125,7 +117,7 @@ def _owed_here(
         expected = "an agent that can be run; this one connects to the server that `lockprobe mcp` starts"
         raise BadValue("agent", sources[0].spec, expected)
     here = sorted(sources, key=lambda source: source.engine != "inline")
-    owed = {source: _count(owed_by(source)) for source in here if source.engine not in ("person", "client")}
+    owed = {source: sum(1 for _ in owed_by(source)) for source in here if source.engine not in ("person", "client")}
     owed = {source: left for source, left in owed.items() if left}
     for source in owed:
         source.check()
