@@ -1,9 +1,13 @@
 """A trial in the terminal: lines from a pipe, keys on a terminal of its own."""
 
-import io
+import os
+import pty
 import re
-from contextlib import redirect_stdout
+import select
+import subprocess
+import termios
 
+import forked
 import pytest
 from typed import in_process
 from typer.testing import CliRunner
@@ -99,36 +103,13 @@ def test_q_stops_it_and_input_that_ends_too_early_is_a_failure(lines, status, la
     assert (done.exit_code, done.stdout.endswith(f"\n{last}\n")) == (status, True)
 
 
-@pytest.fixture
-def terminal(monkeypatch):
-    """Plays with these keys, as they are pressed on a terminal: a character each, and an error for the end of input."""
-
-    def press(keys):
-        pressed = iter(keys)
-
-        def next_key():
-            if isinstance(key := next(pressed), type):
-                raise key
-            return key
-
-        monkeypatch.setattr("lockprobe.cli.play.typer.getchar", next_key)
-        monkeypatch.setattr("sys.stdin", Terminal())
-        shown = io.StringIO()
-        with redirect_stdout(shown):
-            status = build(["play"])(["play", "--seed", str(SEED), "--p", "0.2"], standalone_mode=False)
-        return status, shown.getvalue()
-
-    return press
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def test_a_press_is_enough_on_a_terminal(terminal):
-    trial = run_trial(agent="human-inspired", p=0.2, seed=SEED, assessment=False)
-    _, shown = terminal(["\x1b[A", *(step.decision.joint.lower() for step in trial.steps)])  # an arrow is no choice
-    assert f"You opened the box in {len(trial.steps)} steps." in shown
-    assert shown.count("Unknown key") == 1
-    assert [terminal([end])[0] for end in (EOFError, KeyboardInterrupt)] == [1, 130]
+@pytest.mark.parametrize(("key", "status"), [(b"\x03", 130), (b"\x04", 1)])
+def test_a_press_is_enough_on_a_terminal_and_whatever_ends_it_leaves_the_terminal_as_it_was(key, status):
+    ours, theirs = pty.openpty()
+    before, shown = termios.tcgetattr(theirs), b""
+    process = forked.start(["play"], stdin=theirs, stdout=theirs, stderr=subprocess.DEVNULL)
+    for said, keys in ((b"Step 1", b"\x1b[A"), (b"Unknown key", b"a"), (b"Step 2", key)):  # an arrow is no choice
+        while b"Which joint?" not in shown.partition(said)[2] or termios.tcgetattr(theirs) == before:
+            shown += os.read(ours, 4096) if select.select([ours], [], [], 0.05)[0] else b""
+        os.write(ours, keys)
+    assert (process.wait(20), termios.tcgetattr(theirs) == before) == (status, True)

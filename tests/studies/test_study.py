@@ -68,19 +68,6 @@ def test_an_agent_that_reads_reports_plays_no_pictures():
     assert {plan.plant for plan in looking} == {"fast-twin"}
 
 
-@pytest.mark.parametrize(
-    ("there", "asked", "together"),
-    [
-        ("participant", ("random", "round-robin"), ("random", "round-robin", "participant")),
-        ("random", ("random", "participant"), ("random", "participant")),
-        ("random,participant", ("round-robin",), ("random", "round-robin", "participant")),
-        ("random,round-robin", ("ideal-observer", "random"), ("random", "round-robin", "ideal-observer")),
-    ],
-)
-def test_agents_that_are_asked_for_are_added_to_those_that_are_there(there, asked, together):
-    assert replace(STUDY, agents=tuple(there.split(","))).joined(asked) == together
-
-
 def test_trials_take_turns_on_the_boxes_each_with_luck_of_its_own(tmp_path):
     planned = study(
         "flips", box="chain-4,fork,reset", agent=["human-inspired", "random"], p="0,0.4", trials=2, repetitions=1
