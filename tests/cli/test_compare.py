@@ -50,21 +50,3 @@ def test_what_is_unfinished_or_differs_is_said_before_the_numbers(lockprobe, lab
     }
     found = json.loads(lockprobe("report", *labs, "--json", "--out", tmp_path, "--agent", "random")[1])
     assert (found["page"], {row["agent"] for row in found["rows"]}) == (str(tmp_path / "compare.html"), {"random"})
-
-
-def test_mistakes_end_in_one_line(lockprobe, labs, tmp_path):
-    boxed = write_study(tmp_path / "longer", replace(STUDY, max_steps=9), [])
-    for asked, why in (
-        ((labs[0], "--agent", "random"), "--agent and --out cannot be combined with one study"),
-        ((*labs, "--paper"), "cannot be combined with several studies"),
-        ((labs[0], tmp_path / "none"), "no study.json here"),
-        ((labs[0], labs[0]), "given twice"),
-        ((labs[0], boxed), "max_steps is 9, not 20"),
-        ((*labs, "--agent", "nobody"), "no agent of these studies is called 'nobody'"),
-        ((*labs, "--out", labs[0] / "report.html"), "belongs to the study"),
-        ((*labs, "--out", tmp_path / "none" / "page.html"), "cannot be written"),
-    ):
-        status, said, error = lockprobe("report", *asked)
-        assert (status, said) == (2, "")
-        assert why in error
-        assert error.count("\n") == 1

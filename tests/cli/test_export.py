@@ -66,7 +66,6 @@ def test_an_export_that_fails_leaves_the_file_that_was_there(lockprobe, tmp_path
 def test_a_dash_is_standard_output(lockprobe, tmp_path, played, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert lockprobe("export", played, "--out", "-") == lockprobe("export", played)
-    assert "is not text" in lockprobe("export", played, "--format", "parquet", "--out", "-")[2]
     assert not (tmp_path / "-").exists()
 
 
@@ -106,20 +105,6 @@ def test_records_are_a_line_per_trial_by_key_and_exactly_what_the_hash_of_the_re
     digest = hashlib.sha256(out.read_bytes()).hexdigest()
     whole = hashlib.sha256(f"{read_study(directory).settings_hash} {digest}".encode()).hexdigest()
     assert results_hash(read_study(directory), (line.encode() for line in printed.splitlines())) == whole[:32]
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("--out", ""), ".: not a regular file: choose another name"),
-        (("--out", ".."), "..: not a regular file: choose another name"),
-        (("--table", "records"), "--format: got 'csv', expected jsonl, because a record is a JSON object"),
-        (("--format", "frames"), "--out: got None, expected a directory for the pictures"),
-        (("--trial", "x"), "--trial: got 'x', expected --format frames with it"),
-    ],
-)
-def test_what_cannot_be_exported_is_one_line(lockprobe, played, words, said):
-    assert lockprobe("export", played, *words) == (2, "", f"lockprobe: {said}\n")
 
 
 STORES = ("study.db", "study.db-wal", "study.db-shm", "study.db-journal", "study.db.rescued", "study.db.rescued-2")

@@ -44,18 +44,6 @@ def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, playe
     assert (times["participant:aaaa01", 1], times["random", 1]) == (1001.5, "")
 
 
-def test_mistakes_are_one_line(lockprobe, tmp_path, played):
-    (tmp_path / "empty").mkdir()
-    for source, said in (
-        (tmp_path / "nowhere", "no such file"),
-        (played, "a directory other than DIR"),
-        (tmp_path / "empty", "not a study directory"),
-    ):
-        status, _, error = lockprobe("import", played, source)
-        assert (status, error.count("\n")) == (2, 1)
-        assert said in error
-
-
 def a_record(played):
     sql(played, "update trial set record = substr(record, 1, 99) where id in (2, 5)")
 

@@ -4,13 +4,10 @@ import asyncio
 import json
 import os
 import random
-import re
 import signal
 import subprocess
 import threading
 import time
-import tomllib
-from pathlib import Path
 
 import pytest
 
@@ -30,7 +27,6 @@ KILLS = int(os.environ.get("LOCKPROBE_KILLS", "2"))
 
 STUDY = {"p": [0.0, 0.3], "trials": 3, "repetitions": 1, "max_steps": 12}
 OPTIONS = ["flips", "--p", "0,0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]
-PAGE = (Path(__file__).parents[2] / "docs" / "tools.md").read_text("utf-8")
 
 HELLO = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "wire", "version": "1"}}
 
@@ -174,12 +170,3 @@ def test_a_client_that_goes_ends_the_server_and_leaves_its_trial_owed(project):
     wire.process.send_signal(signal.SIGINT)  # while its client is silent
     assert wire.process.wait(20) == 130
     wire.go()
-
-
-def test_the_configurations_of_the_page_start_the_server():
-    (claude,), (codex,) = (
-        re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE) for kind in ("json", "toml")
-    )
-    server = json.loads(claude)["mcpServers"]["lockprobe"]
-    assert server == tomllib.loads(codex)["mcp_servers"]["lockprobe"]
-    assert (server["command"], server["args"][:2]) == ("lockprobe", ["mcp", "flips"])

@@ -1,8 +1,10 @@
 """A mistake of whoever types a command is one line that says what was asked and what exists, and makes no file."""
 
 import shlex
+from dataclasses import replace
 
 import pytest
+from builders import small_study, write_study
 
 MISTAKES = """
 run flip | no study is called 'flip' (did you mean 'flips'?); there are: flips, modalities, why
@@ -72,15 +74,54 @@ mcp flips --agent random | No such option: --agent
 play --box nothing | no box is called 'nothing'
 play --p 2 | flip rate p: got 2.0, expected a number from 0 to 1
 play --p 0,0.4 | expected one for one trial
+box show chan-4 | no box is called 'chan-4' (did you mean 'chain-4'
+box show random-9-1 | random-N-SEED with N from 2 to 8
+box show none.toml | none.toml: cannot be read
+box show --out x.pdf | in .svg, .png or .xml
+box show --arm --out x.svg | --arm: got True, expected --out FILE.xml with it
+box generate --family chain | no family is called 'chain'
+list measures nowhere | nowhere: no study.json here
+import @/S nowhere | nowhere: no such file
+import @/S @/S | a directory other than DIR
+import @/S @/empty | not a study directory
+verify @/S --settings '' | settings: got '', expected the 32 hexadecimal digits
+export @/S --out '' | .: not a regular file: choose another name
+export @/S --out .. | ..: not a regular file: choose another name
+export @/S --table records | --format: got 'csv', expected jsonl, because a record is a JSON object
+export @/S --format frames | --out: got None, expected a directory for the pictures
+export @/S --trial x | --trial: got 'x', expected --format frames with it
+export @/S --format parquet --out - | --out: got None, expected a file to write, because parquet is not text
+replay @/S nothing | no trial is called 'nothing'
+replay @/S flips/random/truth --out a.avi | a name that ends in .gif or .mp4
+replay @/S flips/random/truth --out no/a.gif | its directory does not exist
+report @/S --agent random | --agent and --out cannot be combined with one study
+report @/S @/other --paper | cannot be combined with several studies
+report @/S none | none: no study.json here
+report @/S @/S | given twice
+report @/S @/longer | max_steps is 9, not 20
+report @/S @/other --agent nobody | no agent of these studies is called 'nobody'
+report @/S @/other --out @/S/report.html | belongs to the study
+report @/S @/other --out none/page.html | cannot be written
 """
 """A command as typed | what the line holds."""
 
 
+@pytest.fixture(scope="module")
+def there(tmp_path_factory):
+    """Studies to which commands refer."""
+    root, study = tmp_path_factory.mktemp("there"), small_study(trials=1, repetitions=1)
+    write_study(root / "S", study)
+    for name, change in {"other": {"seed": 3}, "longer": {"max_steps": 9}}.items():
+        write_study(root / name, replace(study, **change), [])
+    (root / "empty").mkdir()
+    return str(root)
+
+
 @pytest.mark.parametrize("row", MISTAKES.strip().split("\n"))
-def test_a_mistake_is_one_line_and_makes_no_file(lockprobe, tmp_path, monkeypatch, row):
+def test_a_mistake_is_one_line_and_makes_no_file(lockprobe, tmp_path, monkeypatch, there, row):
     monkeypatch.chdir(tmp_path)
     command, _, said = row.partition(" | ")
-    status, out, error = lockprobe(*shlex.split(command))
+    status, out, error = lockprobe(*(word.replace("@", there) for word in shlex.split(command)))
     assert (status, out, error.count("\n"), list(tmp_path.iterdir())) == (2, "", 1, [])
     assert error.startswith("lockprobe: ")
     assert said in error
