@@ -1,7 +1,5 @@
 """False reports: what flips and their kin invert, how often, and what becomes of it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -62,6 +60,8 @@ def test_each_reading_is_its_law_of_false_positions(like, seed):
         ("flip?inverts=position&keep=1", "flip?p=0&inverts=position&others=kept", "latched state noise"),
         ("flip?p=0.4&keep=0.5", "flip?p=0.4&keep=0.5", "partly integrated outcome noise (keep = 0.5)"),
         ("flip?others=noisy&inverts=position", "flip?p=0&inverts=position&others=noisy", "independent state noise"),
+        ("flip?like=x&rates=a:0:1&size=1", "flip?p=1&like=x&rates=a:0:1&size=1", "re-observed outcome noise"),
+        ("flip?like=x&keep=1", "flip?p=1&others=kept&like=x", "integrated outcome noise"),
     ],
 )
 def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
@@ -132,13 +132,9 @@ def test_while_looping_every_report_is_true_until_the_last_three_attempts_stood_
 
 
 # Flips like the misreadings of a finished study.
-LABELS = "ABCDEFGH"
-
-
-def misread(hidden, invented, others=LABELS, first=(), **options):
-    """The intervention with the same two rates for every joint, but the first."""
-    entries = (*first, *(f"{label}:{hidden}:{invented}" for label in others))
-    return [replace(MisreadFlip(like="rgb"), by_label=entries, **options)]
+def misread(hidden, invented, **options):
+    """The intervention with the same two rates for every joint."""
+    return [MisreadFlip(like="rgb", by_label=tuple(f"{label}:{hidden}:{invented}" for label in "ABCDEFGH"), **options)]
 
 
 def blind(condition, trial=1):
@@ -178,9 +174,8 @@ def test_misreadings_are_as_frequent_as_each_direction_and_joint_has_it_and_at_o
     assert false(misread(1, 0), trial) == moved
     assert false(misread(0, 1), trial) == [not one for one in moved]
     assert blind(misread(0.8, 0.8, p=0.0), trial).steps == truth.steps
-    joint = truth.joints[truth.labels.index("A")]
-    at_one = [step.joint == joint for step in truth.steps]
-    assert false(misread(0, 0, LABELS[1:], ("A:1:1",)), trial) == at_one
+    at_one = [step.joint == truth.joints[1] for step in truth.steps]
+    assert false(f"flip?like=rgb&rates={truth.joints[1]}:1:1", trial) == at_one  # others have no rates
 
 
 # Phantoms: which joint seems to jump, how often, and that nothing else is false.

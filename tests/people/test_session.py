@@ -95,6 +95,7 @@ def test_a_record_says_on_what_it_was_played_how_long_it_took_and_nothing_of_who
     assert read_study(tmp_path).agents == ("participant",)
     steps = [line for line in lines if line.scene == "box" and line.box == 2]
     over = next(line for line in lines if line.scene == "over")
+    assert over.box == 1
     assert timings(tmp_path)[1].seconds == pytest.approx(steps[-1].at - over.at)
     assert timings(tmp_path)[1].steps == len(steps)
 

@@ -19,6 +19,7 @@ from lockprobe.statistics.blocks import (
     sign_flip,
 )
 from lockprobe.statistics.distributions import sign_test
+from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, outcomes
 from lockprobe.statistics.pairs import FEW, paired, score_interval
 
@@ -40,11 +41,14 @@ def test_a_mean_has_students_interval_with_a_pair_more_of_each_column(sizes):
     """Of a ratio of sums; where all blocks are alike, one of them counts as a trial."""
     rng, there = np.random.default_rng(len(sizes)), np.arange(7) < np.array(sizes)[:, None]
     for drawn in (rng.integers(-2, 3, there.shape) * 1.0, np.ones(there.shape)):
-        found, n, pairs = block_mean(np.where(there, drawn, np.nan), unit=2.0), len(sizes), sum(sizes)
+        differences, n, pairs = np.where(there, drawn, np.nan), len(sizes), sum(sizes)
+        found, wider = (block_mean(differences, unit=2.0, rare=rare) for rare in (None, (1.0, 2.0)))
         sums, value = (drawn * there).sum(axis=1), float((drawn * there).sum() / pairs)
         spread = float(((sums - value * np.array(sizes)) ** 2).sum())
-        error = np.sqrt(n / (n - 1) * (spread + 4 * max(sizes) ** (2 if spread < 1e-9 else 1))) / pairs
-        reach = error * stats.t.ppf(0.975, n - 1)
+        more, each = 4 * max(sizes) ** (2 if spread < 1e-9 else 1), np.array([1, 2])
+        reach = np.sqrt(n / (n - 1) * (spread + more)) / pairs * (at := stats.t.ppf(0.975, n - 1))
+        below, above = np.sqrt(n / (n - 1) * spread + 3 * (max(sizes) * each) ** 2) / pairs * at  # three rare blocks
+        assert (wider.low, wider.high) == pytest.approx((max(-2, value - below), min(2, value + above)))
         assert (found.value, found.n, found.clusters) == (pytest.approx(value), pairs, n)
         assert (found.low, found.high) == pytest.approx((max(-2, value - reach), min(2, value + reach)))
         assert (found.p_value is None) == (n < FEWEST)
@@ -56,6 +60,8 @@ def test_where_few_pairs_differ_a_share_holds_tangos_interval_too(differ):
     alone, found = mean_of_blocks(column, unit=1 + 1e-12), mean_of_blocks(column)
     low, high = score_interval(*differ, 24, 0.95) if sum(differ) <= FEW else (alone.low, alone.high)
     assert (found.low, found.high) == pytest.approx((min(alone.low, low), max(alone.high, high)))
+    plain, scaled = block_mean(column), mean_of_blocks(column * 4, unit=4.0, factor=0.25)
+    assert (plain.low, plain.high) == (scaled.low, scaled.high) == (found.low, found.high)
 
 
 def test_the_sign_test_of_sums_too_large_to_count_is_that_of_a_normal_distribution():
@@ -75,7 +81,8 @@ def test_missing_pairs_are_in_no_number():
     differences = np.array([[1.0, np.nan], [np.nan, np.nan], [0.0, 1.0], [-1.0, 0.0]])
     found = mean_of_blocks(differences, unit=1.0)
     assert (found.n, found.clusters, found.value) == (5, 3, pytest.approx(0.2))
-    assert mean_of_blocks(np.full((3, 2), np.nan), unit=1.0).p_value is None
+    empty = mean_of_blocks(np.full((3, 2), np.nan), unit=1.0)
+    assert (empty.p_value, empty.n, empty.clusters) == (None, 0, 0)
     one = outcomes([make_trial([3, 2, 1, 0], p=0.0), make_trial([0], p=0.3, trial=2, broken="model")])
     blocks = blocks_of([one.ended, outcomes([make_trial([0] * 20, p=0.3, trial=2)])])
     assert np.isnan(blocks.solved).tolist() == [[False, True], [True, False]]
@@ -86,9 +93,15 @@ def test_missing_pairs_are_in_no_number():
 def test_the_box_of_a_block_stands_in_its_row_when_blocks_are_in_the_order_of_the_plan():
     made = outcomes([make_trial([0] * 20, repetition=i, trial=j) for i, j in product((1, 2), (1, 2))])
     planned = BlockOrder(plans=((2, 1), (2, 2)))  # first trial 1 of both repetitions
-    blocks = blocks_of([replace(made, box=np.array(["a", "b", "c", "d"]), order=planned)])
-    assert blocks.box.tolist() == ["a", "c", "b", "d"]
+    blocks = blocks_of([replace(made, box=np.array(["a", "a", "b", "b"]), order=planned)])
+    assert blocks.box.tolist() == ["a", "b", "a", "b"]
     assert blocks.place.tolist() == [0, 1, 2, 3]
+    differences = np.array([[1, 0], [np.nan, np.nan], [1, np.nan], [-1, 1]])
+    found = mean_of_blocks(differences, blocks, choices=2)  # at every look a block counts once, whatever it holds
+    (ever,) = at_every_look([Numbers(values=np.array([0.5, 1, 0]), block=np.array([0, 2, 3]), bound=1.0)], agents=2)
+    assert (found.value, found.low, found.high, found.p_value) == (ever.value, ever.low, ever.high, ever.p_value)
+    assert (found.n, found.clusters, found.p_value) == (5, 3, 1.0)
+    assert mean_of_blocks(np.full((4, 2), np.nan), blocks).p_value is None
     larger = BlockOrder(plans=((2, 1), (2, 3)))
     assert blocks_of([replace(made, order=one) for one in (planned, larger)]).order == larger
 
@@ -101,6 +114,11 @@ def test_few_people_are_not_tested_and_one_has_no_interval():
     assert few.p_value is None
     assert few.low is not None
     assert 0 < enough.p_value < 0.05
+    values, who = np.random.default_rng(5).integers(-1, 2, 12) * 1.0, np.arange(12)
+    spread = 12 / 11 * ((values - values.mean()) ** 2).sum() + 1  # a trial each: Student's, with a pair more
+    reach = np.sqrt(spread) / 12 * stats.t.ppf(0.975, 11)
+    found = crossed_mean(values, who, who, unit=1.0)
+    assert (found.low, found.high) == pytest.approx((values.mean() - reach, values.mean() + reach))
     one, two = (same(FEWEST, np.arange(FEWEST) % people) for people in (1, 2))
     assert (one.low, one.high, one.p_value) == (None, None, None)
     assert (two.low, two.high, two.p_value) == (-1, 1, None)

@@ -114,8 +114,10 @@ def test_a_condition_that_changed_nothing_or_shares_no_trial_with_the_control_is
     del cells[AGENT, "truth"]
     assert named(effects(cells, design)) == []
     cells, design = played(["tremble?p=0.5", "drop?p=0.5"], (AGENT, CAREFUL))
-    del cells[CAREFUL, "truth"]
-    assert {(agent, many) for agent, *_, many in named(effects(cells, design))} == {(AGENT, 2)}
+    control = {(CAREFUL, "truth"): cells.pop((CAREFUL, "truth"))}
+    alone = {at: one for at, one in cells.items() if at[0] == AGENT} | control
+    for those in (cells, alone):
+        assert {(agent, many) for agent, *_, many in named(effects(those, design))} == {(AGENT, 2)}
 
 
 def idle_in(cells, label, *specs):
@@ -151,6 +153,7 @@ def test_a_study_declares_contrasts_of_agents_and_not_of_people():
     ((*who, (change, of, minus)),) = declared(cells, asked, design)
     assert who == [AGENT, "tremor", 1]
     assert change.value == pytest.approx(of.value - minus.value)
+    assert of.low < of.value < of.high
     seated = {
         (agent, label): cell([replace(one, agent=f"participant:{i:04d}") for i, one in enumerate(own.trials)])
         for (agent, label), own in cells.items()

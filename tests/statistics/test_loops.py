@@ -122,6 +122,7 @@ def test_worked_examples(solver: Solver) -> None:
         assert (found.covered, found.share) == (covered, covered / len(trial))
     for trial, pieces in {"AABBBAABABBBABBB": 4, "BBBABBBBABBAAB": 3, "AABABBABABBBBB": 2}.items():
         assert len(cover(trial, solver=solver).intervals) == pieces  # as few as any greatest cover
+    assert cover("ABCABCA").intervals == ((0, 3), (3, 3))  # as early as can be
     for cycle, times in {"ABCDE": 3, "AAB": 5, "ABCD": 4}.items():  # a cycle as its period
         found = cover(cycle * times, solver=solver).intervals
         assert found == tuple((at, len(cycle)) for at in range(0, times * len(cycle), len(cycle)))

@@ -279,9 +279,10 @@ def rates_of(entries: tuple[str, ...]) -> Rates:
         joint, *texts = entry.rsplit(":", 2)
         try:
             hidden, invented = map(float, texts)
+            known = joint and joint not in found and 0 <= hidden <= 1 and 0 <= invented <= 1
         except ValueError:
-            hidden = invented = -1.0
-        if not joint or joint in found or not (0 <= hidden <= 1 and 0 <= invented <= 1):
+            known = False
+        if not known:
             expected = "joints with the rates of hidden and of invented moves, such as slider:0.2:0.05;lever:0:0.1"
             raise BadValue("rates", entry, expected)
         found[joint] = hidden, invented

@@ -5,8 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 from contextlib import AsyncExitStack
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.people.assignment import practice_plan
@@ -20,8 +19,7 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OpenStudy:
+class OpenStudy(NamedTuple):
     """What all participants of a study share: its scenes, the records, where plants run, and the version of the page.
 
     ``clock`` gives seconds since 1970.

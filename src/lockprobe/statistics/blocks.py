@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.broken_trials import whatever_broke
+from lockprobe.statistics.broken_trials import bounded, whatever_broke
 from lockprobe.statistics.clustered import alike_weights, clustered_variance, student
 from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.outcomes import BlockOrder, Outcomes
@@ -256,13 +256,8 @@ def crossed_mean(
         rest = weight * (values - mean)
         return two_way(mean, rest, luck, person, pairs=len(values), unit=unit, most=unit, rare=rare)
 
-    pooled, alike = weighted(np.ones(len(values))), weighted(alike_weights(person))
-    if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
-        return pooled
-    tested = pooled.p_value
-    if tested is not None and alike.p_value is not None:
-        tested = max(tested, alike.p_value) if pooled.value * alike.value > 0 else 1.0
-    return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
+    pooled = weighted(np.ones(len(values)))
+    return bounded(pooled, pooled, weighted(alike_weights(person)))
 
 
 def sign_flip(sums: Array) -> float:

@@ -283,7 +283,7 @@ UNUSABLE = {
     "its fields in the thoughts": (body("", "length", message={"reasoning": 'I need "last_action", "hypothesis" and "joint", as in {"joint"'}), 1, "an empty reply" + CUT.format("5 tokens, some of them of reasoning"), 5),
     "the same, cut off": (body(None, "length", message={"reasoning": GOOD}), 1, "(the object stands in the reasoning and not in the reply: schema=none asks for it in words)", 5),
     "white space to the end": (body("\n \t", "length"), 1, "an empty reply (white space up to the limit, which the schema allows: schema=none asks for the form in words)", 5),
-    "white space after its beginning": (body('{"joint": "A",' + "\n" * 200, "length"), 1, "(white space up to the limit, which the schema allows: schema=none asks for the form in words)", 5),
+    "white space after its beginning": (body('{"joint": "A",' + "\n" * 100, "length"), 1, "(white space up to the limit, which the schema allows: schema=none asks for the form in words)", 5),
     "cut off in mid-thought": (body("<think>Hm", "length", usage=counted(900)), 1, "reasoning without a reply after it" + CUT.format("900 tokens"), 900),
     "cut off and null": (body(None, "length"), 1, "an empty reply" + CUT.format("5 tokens"), 5),
     "cut off and empty": (body("", "max_tokens"), 1, "an empty reply" + CUT.format("5 tokens"), 5),
@@ -299,6 +299,7 @@ def test_an_unusable_reply_is_asked_for_again_while_that_can_help_and_ends_the_t
     assert came.said.startswith(f"no usable reply in {turns} turn{'s' * (turns > 1)}: ")
     assert came.said.endswith(why)
     assert all(call.reply is not None for call in came.calls)
+    assert [call.turn for call in came.calls] == [*range(1, turns + 1)]
 
 
 HALVES = [GOOD[:9], GOOD[9:]]

@@ -67,12 +67,12 @@ def onset_batch(trials: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
 
     steps = np.ascontiguousarray(trials.T)
     n = len(steps)
-    first = np.full(len(trials), n + 1)
+    first = np.full(len(trials), never := np.iinfo(np.int64).max)
     for distance in range(LENGTH, n - LENGTH + 1):
         same = steps[:-distance] == steps[distance:]
         run = same[:-2] & same[1:-1] & same[2:]
-        np.minimum(first, np.where(run.any(axis=0), run.argmax(axis=0) + distance + LENGTH, n + 1), out=first)
-    return np.where(first > n, 0, first)
+        np.minimum(first, np.where(run.any(axis=0), run.argmax(axis=0) + distance + LENGTH, never), out=first)
+    return np.where(first == never, 0, first)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,7 +162,8 @@ def _programme(text: str) -> list[Interval]:
         return []
     rows, columns = zip(*((start + k, c) for c, (start, size) in enumerate(choices) for k in range(size)), strict=True)
     matrix = csr_array((np.ones(len(rows)), (rows, columns)), shape=(n, len(choices)))
-    gains = np.array([size - 1 / (n + 1) + size**2 / (n + 1) ** 3 for _, size in choices])
+    bit = 1 / n
+    gains = np.array([size - bit + size**2 * bit**3 for _, size in choices])
     solution = milp(
         -gains,
         integrality=np.ones(len(choices), dtype=np.int64),
@@ -171,11 +172,11 @@ def _programme(text: str) -> list[Interval]:
     )
     if not solution.success:
         raise LockprobeError(f"the loop cover of a trial of {n} actions was not found: {solution.message}")
-    return sorted(piece for piece, x in zip(choices, solution.x, strict=True) if x > 0.5)
+    return sorted(choices[i] for i in np.flatnonzero(solution.x > 0.5))
 
 
 def _longest_loops(text: str) -> list[int]:
-    """For each start the length of the longest loop there that may be a piece, 0 for none.
+    """For each start the length of the longest loop there that may be a piece, below ``LENGTH`` for none.
 
     Every part of a loop is a loop. So as the start goes left the end of the longest never goes right: at most 2 n
     searches of a trial.
@@ -189,7 +190,7 @@ def _longest_loops(text: str) -> list[int]:
     for start in range(end - LENGTH, -1, -1):
         while text.count(text[start:end]) < 2:
             end -= 1
-        reach[start] = end - start if end - start >= LENGTH else 0
+        reach[start] = end - start
     return reach
 
 
@@ -202,7 +203,7 @@ def _scheduled(text: str) -> list[Interval]:
     for start in range(n - 1, -1, -1):
         worth[start] = worth[start + 1]
         for size in range(LENGTH, reach[start] + 1):
-            found = size * (n + 1) - 1 + worth[start + size]
+            found = size * n - 1 + worth[start + size]
             if found >= worth[start]:
                 worth[start], length[start] = found, size
     pieces, start = [], 0
