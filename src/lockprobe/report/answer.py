@@ -136,6 +136,7 @@ class AnswerList:
         reach: The end of the axis of changes, a share.
         chance: What random agents solve, with and without immediate repeats, least first; empty if it is not known.
         doses: What the second share of each agent is at, in a word or two, where that is not the same for all.
+        each: How many trials each share is of, in words.
         ticks: Where the axis of changes has labels, in per cent of it, and these.
     """
 
@@ -150,6 +151,8 @@ class AnswerList:
         self.reach = max(2 * _TICK, math.ceil(max(ends, default=0.0) / _TICK - 1e-9) * _TICK)
         self.chance = sorted(curve.value[-1] or 0.0 for curve in found.random_play)
         self.doses = {label: said.rpartition(" ")[2] for label, said in under.items() if differ}
+        sizes = sorted({row.n for line in lines for row in (line.first, line.second) if row and row.n is not None})
+        self.each = f"{' to '.join(map(str, (*sizes[:1], *sizes[1:][-1:])))} trials each" if sizes else ""
         half = max(_TICK, self.reach - _TICK)
         self.ticks = [(f"{50 + 50 * x / self.reach:.2f}%", points(x)) for x in (-half, 0.0, half)]
 

@@ -76,7 +76,7 @@
     fill(which, pairs.map((_, i) => i), pairs.map(([one]) => number(one)));
     which.value = pairs.indexOf(start);
     $("pairs").textContent = pairs[0].length > 1
-      ? `In ${only[1].length} of ${pairs.length} pairs of trials with the same random numbers${data.of ? ", a sample of all," : ""} the box was opened only ${under(d)}, in ${only[0].length} only ${under(c)}. Shown: a pair of usual length.`
+      ? `In ${only[1].length} of ${pairs.length} pairs of trials with the same random numbers${data.of ? ", a sample of all," : ""} the box was opened only ${under(d)}, in ${only[0].length} only ${under(c)}. Shown: ${only.some((some) => some.length) ? "one of these" : "a pair"} of usual length.`
       : `Of ${pairs.length} trials, one of usual length stands first.`;
     show();
   };
