@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from lockprobe.agents.llm.model_facts import OWN_FACTS, price_of
 from lockprobe.cli.list_ import app
 from lockprobe.cli.printing import print_rows
-from lockprobe.statistics.measures import MEASURES, measured
+from lockprobe.statistics.measures import MEASURES, find_measure, measured
 from lockprobe.studies.records.read_records import load
 
 
@@ -60,7 +60,7 @@ def test_every_measure_is_listed_with_what_it_is_and_its_means_of_a_study_are_th
     rows = [json.loads(line) for line in lockprobe("list", "measures", directory, "--json")[1].splitlines()]
     assert [row["name"] for row in rows] == ["solved"] * 4
     trials = [trial for trial in load(directory) if trial.agent == "random" and trial.p == 0.6]
-    (expected,) = measured(trials)
+    expected = measured(trials, find_measure("solved"))
     (row,) = (row for row in rows if (row["agent"], row["condition"]) == ("random", "flip?p=0.6"))
     assert (row["value"], row["low"], row["high"], row["n"]) == (expected.value, expected.low, expected.high, 6)
     status, out, err = lockprobe("list", "measures", directory, "--measure", "solved")

@@ -8,7 +8,7 @@ from lockprobe.foundation.formatting import NONE
 from lockprobe.report.format import entry_text
 from lockprobe.report.page import write_report
 from lockprobe.report.results import results
-from lockprobe.statistics.measures import measured
+from lockprobe.statistics.measures import find_measure, measured
 
 STUDY = small_study(["random"], p=[0.0, 0.6], repetitions=1)
 POINTS = {"measures": {"untold": "untold", "hasty": "hasty", "breaks": "breaks"}}
@@ -34,7 +34,7 @@ def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(
             assert (row.unit, row.n, row.value, row.low, row.high) == ("", 0, None, None, None)
             assert "does not work (ZeroDivisionError: by nothing)" in row.note
         else:
-            (one,) = measured(own, [row.quantity.removeprefix("measures.")])
+            one = measured(own, find_measure(row.quantity.removeprefix("measures.")))
             assert (row.value, row.low, row.high, row.n) == (one.value, one.low, one.high, 4)
     head, *lines = tables_of(found)["measures"]
     assert head[-1] == "mean [95 % interval]"

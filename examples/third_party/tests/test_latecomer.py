@@ -9,7 +9,7 @@ from latecomer.late import Late
 from latecomer.untold import untold
 
 import lockprobe
-from lockprobe.statistics.measures import measured
+from lockprobe.statistics.measures import find_measure, measured
 from lockprobe.testing import (
     check_agent,
     check_box,
@@ -44,7 +44,7 @@ def test_the_others_keep_theirs():
 def test_they_play_together():
     late = play_trials("stubborn", 10, box="gate", plant="weighed", condition="late?lag=2", max_steps=40)
     soon = play_trials("stubborn", 10, box="gate", plant="weighed", max_steps=40)
-    assert [measured(trials, ["untold"])[0].value > 0 for trials in (soon, late)] == [False, True]
+    assert [measured(trials, find_measure("untold")).value > 0 for trials in (soon, late)] == [False, True]
     assert late[0].steps[0].sensed["force_n"] in (2.0, 20.0)
     assert untold(late[0]) == 2 / len(late[0].steps)
     with pytest.raises(lockprobe.UserMistake, match="expected a whole number from 0"):

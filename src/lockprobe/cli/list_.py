@@ -88,7 +88,7 @@ def measures(
     chosen = [find_measure(name) for name in measure or (*MEASURES, *plugin_names("measure"))]
     table = [("agent", "condition", "measure", "value", "95 % interval", "trials", "left out")]
     for (agent, condition), trials in cells.items():
-        for row in measured(trials, chosen):
+        for row in (measured(trials, one) for one in chosen):
             if json:
                 cell = {"agent": agent, "condition": condition, "doses": trials[0].doses}
                 print(json_.dumps(cell | asdict(row)))

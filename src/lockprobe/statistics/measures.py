@@ -7,7 +7,7 @@ An installed package adds a measure by an entry point of its name in the group
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
@@ -80,13 +80,11 @@ class Measured:
     high: float | None
 
 
-def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
+def find_measure(measure: str | Measure) -> NamedMeasure:
     """The measure that a spec names, or a function of a trial as one.
 
     A spec is a name or ``python:module:name?option=value``. Options are further arguments of the function.
     """
-    if isinstance(measure, NamedMeasure):
-        return measure
     if not isinstance(measure, str):
         name = getattr(measure, "__name__", type(measure).__name__)
         return NamedMeasure(name=name, what=first_line(measure), of=measure)
@@ -108,18 +106,12 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
     return NamedMeasure(name=measure, what=first_line(found), of=made, plugin=plugin)
 
 
-def measured(
-    trials: Sequence[Trial], measures: Iterable[str | Measure | NamedMeasure] = tuple(MEASURES)
-) -> tuple[Measured, ...]:
-    """The mean of each measure over trials of an agent under a condition, with a 95 % interval, in their order.
+def measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
+    """The mean of a measure over trials of an agent under a condition, with a 95 % interval.
 
     People's trials are clustered by person and by luck.
     """
-    counted = ended(trials)
-    return tuple(_measured(counted, find_measure(one)) for one in measures)
-
-
-def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
+    trials = ended(trials)
     found = [(trial, value) for trial in trials if (value := measure(trial)) is not None]
     kinds = {isinstance(value, bool) for _, value in found}
     if len(kinds) > 1:

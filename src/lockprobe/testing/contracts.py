@@ -246,7 +246,7 @@ def check_measure(measure: str | Measure, *, trials: Sequence[Trial] = ()) -> No
     kinds = {type(value) for value in values if value is not None}
     assert kinds, f"{found.name} applies to no trial"
     assert len(kinds) == 1, f"{found.name} is a number of one trial, and yes or no of another"
-    measured(every, [found])
+    measured(every, found)
 
 
 def check_plant(

@@ -132,7 +132,7 @@ def measure_rows(numbers: OpenedStudy) -> Iterator[Row]:
             plugin = find_plugin("measure", name)
             source, quantity = plugin.package if plugin else name, f"{MEASURES}.{name}"
             try:
-                (found,) = measured(trials, [find_measure(name)])
+                found = measured(trials, find_measure(name))
             except UserMistake as error:
                 yield cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
             else:
