@@ -56,8 +56,6 @@ def test_the_first_screen_says_for_how_many_looks_it_holds(pages, kind):
     assert look in Page(found=found).text()
     assert bool(said(found, "every_look")) == bool(kind)
     assert "False reports lower the success of human-inspired" in found.answer
-    if kind:
-        assert said(found, "needed") == said(found, "interaction") == ""
 
 
 def test_what_holds_at_every_look_is_wider_and_no_other_test_has_a_p_value(pages):

@@ -52,11 +52,8 @@ def beside(row: Estimate | None, first: Estimate | None, second: Estimate | None
     >>> entry_text(beside(Estimate(quantity="change", unit="points", value=0.2667), *shares))
     '+26.7'
     """
-    written = [float(_number(one, "value") or "nan") if one else math.nan for one in (row, first, second)]
-    change, less, more = written
-    if row is None or math.isnan(more - less - change) or abs(more - less - change) < _EQUAL:
-        return row
-    return Finer.model_construct(**dict(row))
+    change, less, more = (float(_number(one, "value") or "nan") if one else math.nan for one in (row, first, second))
+    return Finer.model_construct(**dict(row)) if row and abs(more - less - change) > _EQUAL else row
 
 
 _EQUAL = 1e-9

@@ -66,22 +66,18 @@ class Incidence:
     low: tuple[float, ...]
     high: tuple[float, ...]
 
-    def steps_to(self, share: float = 0.8) -> int | None:
-        """The first step by which at least this share of the trials is solved; None if none is."""
-        return _first(self.share, share)
+    def steps_to(self, share: float) -> tuple[int | None, ...]:
+        """The first step by which at least this share of the trials is solved, and the ends of its 95 % interval.
 
-    def steps_to_interval(self, share: float = 0.8) -> tuple[int | None, int | None]:
-        """The 95 % interval of :meth:`steps_to`, from the ends of the band; None means beyond the budget."""
-        return _first(self.high, share), _first(self.low, share)
+        The ends are from those of the band. None means beyond the budget.
+        """
+        lines = (self.share, self.high, self.low)
+        return tuple(next((step for step, at in enumerate(line) if at >= share - 1e-12), None) for line in lines)
 
     @property
     def restricted_mean_steps(self) -> float | None:
         """Mean steps over *all* trials, unsolved ones counted with the whole budget; None without trials."""
         return sum(1 - share for share in self.share[:-1]) if self.n else None
-
-
-def _first(values: Sequence[float], share: float) -> int | None:
-    return next((step for step, value in enumerate(values) if value >= share - 1e-12), None)
 
 
 def success_curve(outcomes: Outcomes) -> Incidence:

@@ -59,7 +59,6 @@ def test_the_answer_counts_them_and_success_is_compared_all_the_same(tmp_path):
         rows = tables_of(found)["claims"][1:]
         assert {row[6] for row in rows} == {"not judged", "not measured"}
         assert {row[7] for row in rows if row[5]} == {not_judged(found)} == {f"No claim is judged:{broken}"}
-        assert found.fact("overview", "chance") == ""
     (effect,) = missing.where("success_difference", agent="human-inspired", of="", condition=MISSES)
     assert effect.value < 0
     assert {row.quantity for row in clumsy.rows} >= {row.quantity for row in kept.rows}

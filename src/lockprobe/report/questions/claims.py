@@ -97,11 +97,9 @@ def _judged(here: str, sign: int, test: str, p: float | None = None, *, figure: 
 
 
 def _share_of(cell: Cell, quantity: str) -> Proportion:
-    row = cell.get(quantity)
-    if row is None or row.count is None or row.n is None or row.low is None or row.high is None:
-        raise LookupError(f"{quantity} of {cell.agent} under {cell.condition} has no row")
-    broken = int(cell.value("broken") or 0) if quantity == "success" else 0
-    return replace(proportion(row.count, row.n), low=row.low, high=row.high, broken=broken)
+    row, broken = cell.found.one(quantity, **cell.own), int(cell.value("broken") or 0) * (quantity == "success")
+    low, high = row.low or 0.0, 1.0 if row.high is None else row.high
+    return replace(proportion(row.count or 0, row.n or 0), low=low, high=high, broken=broken)
 
 
 def _shown(one: Proportion) -> str:

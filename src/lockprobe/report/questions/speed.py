@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, played_subjects
 from lockprobe.report.rows import Course, Curve, Estimate, Results, Row, measured_row, who
 from lockprobe.report.section import Figure, Lines, Note, Part, Section, Table
-from lockprobe.statistics.course import Course as Doses
 from lockprobe.statistics.how_soon import modality_effects, steps_over_doses, success_curve
 from lockprobe.statistics.modalities import fidelity, spoken
 from lockprobe.statistics.proportions import ALPHA
@@ -37,15 +35,17 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
         line = {"x": tuple(range(len(curve.share))), "value": curve.share, "low": curve.low, "high": curve.high}
         yield cell.curve("success_by_step", axis="step", n=curve.n, **line)
-        yield cell.estimate("steps_to_solve", curve.steps_to(0.5), of="half", **steps)
+        yield cell.estimate("steps_to_solve", curve.steps_to(0.5)[0], of="half", **steps)
         yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, **steps)
-        early, late = curve.steps_to_interval(0.8)
+        step, early, late = curve.steps_to(0.8)
         steps |= {"note": "" if late is not None else "open high" if early is not None else "not reached"}
-        yield cell.estimate("steps_to_solve", curve.steps_to(0.8), low=early, high=late, of="80 %", **steps)
+        yield cell.estimate("steps_to_solve", step, low=early, high=late, of="80 %", **steps)
     yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
-    for course in numbers.every_course:
-        of = f"Mean steps of {course.agent} by {course.axis.name}"
-        yield from section(of, partial(_over_doses, course), list[Estimate])
+    for course in numbers.every_course:  # all higher doses together against the lowest; the test holds for one look
+        found = steps_over_doses(course.tested)
+        if found.p_value is not None and course.order is None:
+            of = course.of | {"of": _HIGHER, "unit": "steps", "test": "Student over blocks"}
+            yield measured_row("steps_difference", found, **of)
 
 
 def _exact(numbers: OpenedStudy) -> list[Row]:
@@ -59,14 +59,6 @@ def _exact(numbers: OpenedStudy) -> list[Row]:
     if len(steps := {optimum(box) for box in boxes}) == 1 and (shortest := steps.pop()) is not None:
         found.append(Estimate(quantity="optimum", value=shortest, unit="steps", note="exact"))
     return found
-
-
-def _over_doses(course: Doses) -> list[Estimate]:
-    """The mean steps at all higher doses less those at the lowest; the test holds for one look."""
-    found = steps_over_doses(course.tested)
-    if found.p_value is None or course.order is not None:
-        return []
-    return [measured_row("steps_difference", found, **course.of, of=_HIGHER, unit="steps", test="Student over blocks")]
 
 
 def _said(found: Results) -> str:
