@@ -54,9 +54,8 @@ def headline(lines: Sequence[Line], cause: str = "", *, several: bool = True) ->
         ]
         said.append(f"{what} {' and '.join(whose)}")
     if hidden:
-        said.append(
-            f"no effect{' of any condition' * (not cause)} on {_whose(labels, 'that', of=len(lines))} was detected"
-        )
+        others = _whose(labels, "that", of=len(lines))
+        said.append(f"no effect{' of any condition' * (not cause)} on {others} was detected")
     return f"{capital('; '.join(said))}."
 
 

@@ -28,11 +28,9 @@ _MANY = 8
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
     """What is on record and in no other number, and what was played twice."""
-    for of, many, unit in (
-        ("ended as error", sum(trial.ending == "error" for trial in numbers.trials), "trials"),
-        ("replaced after an error", numbers.replaced, "records"),
-    ):
-        yield Estimate(quantity="left_out", of=of, value=many, unit=unit)
+    errors = sum(trial.ending == "error" for trial in numbers.trials)
+    yield Estimate(quantity="left_out", of="ended as error", value=errors, unit="trials")
+    yield Estimate(quantity="left_out", of="replaced after an error", value=numbers.replaced, unit="records")
 
 
 def _show(found: Results) -> Iterator[Part]:
