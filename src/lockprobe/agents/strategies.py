@@ -232,8 +232,7 @@ class Round(NamedTuple):
     """The memory of a loop breaker."""
 
     told: tuple[int, ...]  # what it was last told of each joint: 0 nothing, 1 blocked, 2 moved; shape (joints,)
-    cycle: tuple[int, ...] = ()  # the joints of its cycle that are drawn so far, in order
-    at: int = 0  # which of them comes next
+    cycle: tuple[int, ...] = ()  # the joints of its cycle that are drawn so far; of a whole one the next comes first
     free: int = 0  # how many random actions are left
     last: int = -1  # the joint attempted last while free; -1 else
 
@@ -258,9 +257,9 @@ class LoopBreaker(Policy[Round]):
         if memory.free or told.odd or memory.told[told.joint] not in (0, 1 + told.moved):
             return self.remember_silence(view, memory, told.joint)
         reports = (*memory.told[: told.joint], 1 + told.moved, *memory.told[told.joint + 1 :])
-        size = min(_CYCLE, view.joints)
-        cycle = memory.cycle if len(memory.cycle) == size else (*memory.cycle, told.joint)
-        return Round(reports, cycle, (memory.at + 1) % size)
+        if len(memory.cycle) == min(_CYCLE, view.joints):
+            return Round(reports, (*memory.cycle[1:], memory.cycle[0]))
+        return Round(reports, (*memory.cycle, told.joint))
 
     def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
         """A missing report is odd."""
@@ -270,7 +269,7 @@ class LoopBreaker(Policy[Round]):
     def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
         """The next joint of the cycle; any that is not in it while it is drawn; any but the last while free."""
         if len(memory.cycle) == min(_CYCLE, view.joints):
-            return evenly([memory.cycle[memory.at]], view)
+            return evenly([memory.cycle[0]], view)
         barred = (memory.last,) if memory.free else memory.cycle
         return evenly([joint for joint in range(view.joints) if joint not in barred], view)
 
