@@ -102,7 +102,7 @@ def instructions(situation: Situation, reply: str = "") -> str:
     ``reply`` says how to reply; empty for one JSON object.
     """
     first = situation.past[0].percept if situation.past else situation.percept
-    task, briefing, pictures = situation.task, situation.briefing, len(_shown(first))
+    task, briefing, pictures = situation.task, situation.briefing, len(first.shown)
     if pictures:
         observation = _SEEN.format(pictures=_PICTURES[pictures], labels=_LABELS[not first.unlabelled])
     else:
@@ -145,18 +145,13 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     remarks = [*(turn.remark for turn in situation.past), situation.briefing.remark]
     told = []
     for left, (percept, remark) in zip(range(len(percepts), 0, -1), zip(percepts, remarks, strict=True), strict=True):
-        shown = _shown(percept)
-        gone = _GONE[len(shown)] if shown and images and left > images else ""
+        gone = _GONE[len(percept.shown)] if percept.shown and images and left > images else ""
         text = " ".join(filter(None, (percept.text, gone, remark)))
-        told.append(Message(role="user", text=text, pictures=() if gone else shown))
+        told.append(Message(role="user", text=text, pictures=() if gone else percept.shown))
     messages = [replace(told[0], text=f"{instructions(situation)}\n\n{told[0].text}".strip())]
     for turn, observation in zip(situation.past, told[1:], strict=True):
         messages += [Message(role="assistant", text=spoken(turn.decision.replies[-1])), observation]
     return messages
-
-
-def _shown(percept: Percept) -> tuple[Picture, ...]:
-    return tuple(picture for picture in percept.pictures if picture.shown)
 
 
 def form(fields: Mapping[str, Sequence[str]]) -> dict[str, object]:

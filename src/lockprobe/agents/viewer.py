@@ -64,11 +64,12 @@ class Viewer:
         for percept in percepts:
             report = percept
             if percept.pictures:
-                shown = tuple(picture for picture in percept.pictures if picture.shown)
-                if not percept.handles or not shown:
+                if not percept.handles or not percept.shown:
                     raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
-                acuity = acuity or needed_acuity(shown, percept.handles, 10)
-                found = evidence(shown, percept.handles, acuity=acuity)  # above 0 for a joint away from its start
+                acuity = acuity or needed_acuity(percept.shown, percept.handles, 10)
+                found = evidence(
+                    percept.shown, percept.handles, acuity=acuity
+                )  # above 0 for a joint away from its start
                 last = before or tuple(sign > 0 for sign in found)
                 # in doubt a joint keeps its last reading
                 now = tuple(sign > 0 if abs(sign) > 0.05 else at for sign, at in zip(found, last, strict=True))

@@ -6,7 +6,6 @@ Inspect AI imports this module whenever a model is opened, so what plays a study
 
 from __future__ import annotations
 
-import base64
 import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -138,8 +137,7 @@ class _ModelOfTheEval:
 def _sent(message: Message) -> ChatMessage:
     if message.role == "assistant":
         return ChatMessageAssistant(content=message.text)
-    shown = (base64.b64encode(picture.png).decode() for picture in message.pictures)
-    images: list[Content] = [ContentImage(image=f"data:image/png;base64,{picture}") for picture in shown]
+    images: list[Content] = [ContentImage(image=f"data:image/png;base64,{one.base64}") for one in message.pictures]
     return ChatMessageUser(content=[ContentText(text=message.text), *images] if images else message.text)
 
 

@@ -11,7 +11,6 @@ hold text and pictures and no structured content: some clients show a model that
 from __future__ import annotations
 
 import asyncio
-import base64
 import json
 import logging
 import sys
@@ -307,9 +306,8 @@ class ToolSession:
 def _reply(situation: Situation, before: str = "") -> Reply:
     """The current report. Pictures get a caption, because providers refuse results without words."""
     now = " ".join(filter(None, (situation.percept.text, situation.briefing.remark))) or NO_REPORT
-    shown = [base64.b64encode(picture.png).decode() for picture in situation.percept.pictures if picture.shown]
     text = types.TextContent(text="\n\n".join(filter(None, (before, now))))
-    return [text, *(types.ImageContent(data=picture, mime_type="image/png") for picture in shown)]
+    return [text, *(types.ImageContent(data=one.base64, mime_type="image/png") for one in situation.percept.shown)]
 
 
 def make_server(session: ToolSession) -> Server[Any]:

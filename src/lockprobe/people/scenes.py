@@ -7,7 +7,6 @@ condition, the number of the trial, and which answer is right are nowhere in a s
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterable, Iterator
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -199,7 +198,6 @@ class Scenes:
             }
             for i, (label, place) in enumerate(zip(task.joints, plan.names.order, strict=True))
         )
-        pictures = (base64.b64encode(picture.png).decode("ascii") for picture in percept.pictures if picture.shown)
         counted = filled(self.words.page["step"], step=step, budget=task.budget) + "."
         spoken = (*report, asked.remark, asked.warning if step == 1 else "", counted)
         return {
@@ -216,7 +214,7 @@ class Scenes:
                 "report": report,
                 "last": percept.joint,
                 "outcome": percept.outcome,
-                "pictures": tuple(f"data:image/png;base64,{picture}" for picture in pictures),
+                "pictures": tuple(f"data:image/png;base64,{one.base64}" for one in percept.shown),
             },
             "remark": asked.remark,
             "warning": asked.warning,

@@ -132,6 +132,11 @@ class Percept:
     corrects: Percept | None = None
     look: Callable[..., Frame] | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def shown(self) -> tuple[Picture, ...]:
+        """The pictures that the agent sees."""
+        return tuple(picture for picture in self.pictures if picture.shown)
+
     def but(self, **changes: Any) -> Percept:
         """As ``replace``, in a tenth of the time: for what changes the reports of most studies."""
         one = object.__new__(Percept)

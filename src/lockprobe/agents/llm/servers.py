@@ -6,7 +6,6 @@ provider, is a server with the interface of chat completions whose URL is in ``S
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 import re
@@ -113,11 +112,11 @@ def request_body(server: Server, model: Model, messages: Sequence[Message], sche
     for message in messages:
         parts: list[dict[str, Any]] = [{"type": "text", "text": message.text}]
         for picture in message.pictures:
-            data = base64.b64encode(picture.png).decode("ascii")
             if server.messages:
-                parts.append({"type": "image", "source": {"type": "base64", "media_type": "image/png", "data": data}})
+                source = {"type": "base64", "media_type": "image/png", "data": picture.base64}
+                parts.append({"type": "image", "source": source})
             else:
-                image = {"url": f"data:image/png;base64,{data}", "detail": model.settings.detail}
+                image = {"url": f"data:image/png;base64,{picture.base64}", "detail": model.settings.detail}
                 parts.append({"type": "image_url", "image_url": image})
         whole = parts if server.messages or message.pictures else message.text
         said.append({"role": message.role, "content": whole})

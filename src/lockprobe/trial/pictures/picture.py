@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from base64 import b64encode
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
@@ -37,3 +38,8 @@ class Picture:
     def name(self) -> str:
         """Its file name, a hash of its bytes: equal names mean equal pictures."""
         return f"{hashlib.sha256(self.png).hexdigest()[:20]}.png"
+
+    @property
+    def base64(self) -> str:
+        """The bytes of the file as a text, as messages carry them."""
+        return b64encode(self.png).decode("ascii")
