@@ -35,6 +35,7 @@ import numpy as np
 from lockprobe.agents.llm import model as _  # noqa: F401 - so that nobody is charged for importing it
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.agents.reply import asked_for
 from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
@@ -77,7 +78,7 @@ class Asking:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """One call."""
         said = [{"role": message.role, "content": message.text} for message in conversation(situation)]
-        schema = {"name": "reply", "schema": reply_schema(situation), "strict": True}
+        schema = {"name": "reply", "schema": reply_schema(asked_for(situation)), "strict": True}
         form = {"type": "json_schema", "json_schema": schema}
         body = {"model": "model", "messages": said, "response_format": form}
         came = await self._http.post("/chat/completions", json=body)

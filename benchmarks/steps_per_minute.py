@@ -24,6 +24,7 @@ import numpy as np
 
 from lockprobe.agents.local import Engine, locate
 from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.agents.reply import asked_for
 from lockprobe.agents.reply import parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
@@ -76,7 +77,10 @@ class PlainJson:
         answer = self._server.handle_chat_completions(
             {
                 "messages": [{"role": m.role, "content": m.text} for m in conversation(situation)],
-                "response_format": {"type": "json_schema", "json_schema": {"schema": reply_schema(situation)}},
+                "response_format": {
+                    "type": "json_schema",
+                    "json_schema": {"schema": reply_schema(asked_for(situation))},
+                },
                 "max_tokens": 100,
                 "temperature": 1.0,
                 "seed": int(rng.integers(2**31)),

@@ -14,6 +14,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.local import CONSTANT, UNASKED, Engine, LocalModel
 from lockprobe.agents.prompt import Message, conversation, example, reply_schema
+from lockprobe.agents.reply import asked_for
 from lockprobe.foundation.errors import BadFile, BadValue, ModelFault, UserMistake
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.costs.estimate import tokens
@@ -174,7 +175,7 @@ def test_no_call_is_said_to_take_less_than_it_does(model, monkeypatch):
     It is asked in this process, and through no proxy.
     """
     monkeypatch.setenv("http_proxy", "http://127.0.0.1:9")
-    count, form = model._engine.tokens, str(reply_schema(example()))
+    count, form = model._engine.tokens, str(reply_schema(asked_for(example())))
     texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
     for text in texts:
         most = Model(name="a/b").at_most([Message(role="user", text=text)])

@@ -12,6 +12,7 @@ from lockprobe.agents import prompt
 from lockprobe.agents.local import CONSTANT
 from lockprobe.agents.local import UNASKED as UNASKED_LOG
 from lockprobe.agents.prompt import conversation, instructions, prompt_fingerprint, repair, reply_schema
+from lockprobe.agents.reply import asked_for
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.statistics.design import ARMS
@@ -76,13 +77,13 @@ def test_it_leaks_neither_names_nor_structure_of_the_box():
 
 
 def test_form_and_repair_say_what_can_be_said_and_where_nobody_asks_no_word_of_what_the_last_action_did():
-    assert reply_schema(FIRST)["properties"]["last_action"]["enum"] == ["none"]
-    assert reply_schema(LATER)["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]
+    assert reply_schema(asked_for(FIRST))["properties"]["last_action"]["enum"] == ["none"]
+    assert reply_schema(asked_for(LATER))["properties"]["joint"]["enum"] == ["C", "A", "D", "B"]
     again = 'That reply could not be used (why). Reply with one JSON object and nothing else: {{{}"hypothesis": "", "joint": one of ["C", "A", "D", "B"]}}'
     assert repair(ReplyFault("why"), LATER) == again.format('"last_action": "moved" or "did not move", ')
     words = '"last_action": "moved" or "did not move" ("none" in the first step), '
     assert TOLD.replace(words, "") == instructions(UNASKED)
-    schema = reply_schema(UNASKED)
+    schema = reply_schema(asked_for(UNASKED))
     assert [*schema["properties"]] == schema["required"] == ["hypothesis", "joint"]
     assert repair(ReplyFault("why"), UNASKED) == again.format("")
 

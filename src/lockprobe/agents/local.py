@@ -313,8 +313,7 @@ def _segments(situation: Situation) -> list[str]:
         f" {situation.briefing.warning}".rstrip(),
         "\n\nStep log:",
     ]
-    told = [*((turn.percept, turn.remark) for turn in situation.past), (last, situation.briefing.remark)]
-    for number, (percept, remark) in enumerate(told):
+    for number, (percept, remark) in enumerate(situation.told):
         segments += ["\nObservation:", f" {percept.text}".rstrip(), f" {remark}".rstrip(), "\n"]
         if number < len(situation.past):
             decision = situation.past[number].decision

@@ -141,11 +141,9 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
 
     The newest ``images`` observations keep their pictures, all if 0. Older ones say that theirs are gone.
     """
-    percepts = [*(turn.percept for turn in situation.past), situation.percept]
-    remarks = [*(turn.remark for turn in situation.past), situation.briefing.remark]
-    told = []
-    for left, (percept, remark) in zip(range(len(percepts), 0, -1), zip(percepts, remarks, strict=True), strict=True):
-        gone = _GONE[len(percept.shown)] if percept.shown and images and left > images else ""
+    told = list[Message]()
+    for left, (percept, remark) in zip(range(len(situation.past), -1, -1), situation.told, strict=True):
+        gone = _GONE[len(percept.shown)] if percept.shown and images and left >= images else ""
         text = " ".join(filter(None, (percept.text, gone, remark)))
         told.append(Message(role="user", text=text, pictures=() if gone else percept.shown))
     messages = [replace(told[0], text=f"{instructions(situation)}\n\n{told[0].text}".strip())]
@@ -154,18 +152,13 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     return messages
 
 
-def form(fields: Mapping[str, Sequence[str]]) -> dict[str, object]:
+def reply_schema(fields: Mapping[str, Sequence[str]]) -> dict[str, object]:
     """The JSON schema of a reply with these fields, and the values that each may have; any text if there are none."""
     properties = {
         name: {"type": "string", "enum": list(allowed)} if allowed else {"type": "string"}
         for name, allowed in fields.items()
     }
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
-
-
-def reply_schema(situation: Situation) -> dict[str, object]:
-    """The JSON schema of a reply in this step."""
-    return form(asked_for(situation))
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:
@@ -185,5 +178,5 @@ def prompt_fingerprint() -> str:
     texts = [*_OBSERVATION.values(), *_POSITIONS.values(), *_LABELS.values()]
     for shown in (example(), example(assessment=False), example(1), example(2)):
         texts += [message.text for message in conversation(shown, images=1)]
-        texts += [repair(ReplyFault("why"), shown), json.dumps(reply_schema(shown))]
+        texts += [repair(ReplyFault("why"), shown), json.dumps(reply_schema(asked_for(shown)))]
     return f"chat {fingerprint(*texts)}"

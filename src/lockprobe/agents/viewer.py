@@ -48,7 +48,7 @@ class Viewer:
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Read the picture, then choose as the strategy does with this reading as its report."""
-        reports = self.reports(situation.task, [*(turn.percept for turn in situation.past), situation.percept])
+        reports = self.reports(situation.task, [percept for percept, _ in situation.told])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
         told = replace(situation, past=past, percept=reports[-1])
         last = tell(told.task, told.percept, past)

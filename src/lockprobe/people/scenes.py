@@ -225,11 +225,9 @@ class Scenes:
 
     def read(self, plan: Plan, situation: Situation) -> tuple[str, ...]:
         """What was read after each step so far, oldest first: the report and a remark."""
-        past = situation.past
-        told = [(turn.percept, turn.remark) for turn in past[1:]] + [(situation.percept, situation.briefing.remark)]
         return tuple(
             " ".join(filter(None, (*self._report(plan, situation.task, percept, turn.decision.joint), remark)))
-            for turn, (percept, remark) in zip(past, told, strict=False)
+            for turn, (percept, remark) in zip(situation.past, situation.told[1:], strict=True)
         )
 
     def _report(self, plan: Plan, task: Task, percept: Percept, chosen: str) -> tuple[str, ...]:

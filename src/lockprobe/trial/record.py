@@ -237,6 +237,11 @@ class Situation:
     briefing: Briefing = Briefing()
 
     @property
+    def told(self) -> list[tuple[Percept, str]]:
+        """All percepts that the agent still has, with the remarks that came with them, oldest first."""
+        return [*((turn.percept, turn.remark) for turn in self.past), (self.percept, self.briefing.remark)]
+
+    @property
     def outcome(self) -> Outcome | None:
         """What was told of the last attempt, also as positions imply it; None if nothing was."""
         return told_outcome(self.task, self.percept, self.past)

@@ -14,7 +14,7 @@ from dataclasses import asdict, replace
 from lockprobe.agents.llm.answer import CUT_OFF, IN_REASONING
 from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.prompt import Message, conversation, repair, reply_schema
-from lockprobe.agents.reply import parse_reply, spoken, without_marks
+from lockprobe.agents.reply import asked_for, parse_reply, spoken, without_marks
 from lockprobe.foundation.errors import RefusalFault, ReplyFault
 from lockprobe.foundation.formatting import count
 from lockprobe.trial.model_call import Call, Usage
@@ -39,7 +39,7 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
         RefusalFault: If the model or its provider refused.
         ReplyFault: If too many replies were malformed, or the limit left no room for one.
     """
-    messages, schema = conversation(situation, images=model.settings.images), reply_schema(situation)
+    messages, schema = conversation(situation, images=model.settings.images), reply_schema(asked_for(situation))
     replies, usage, cut_off = list[str](), Usage(), 0
     while True:
         answer = await ask(len(replies) + 1, messages, schema)

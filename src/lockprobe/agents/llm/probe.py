@@ -10,7 +10,7 @@ import numpy as np
 from lockprobe.agents.llm.answer import CUT_OFF, IN_REASONING, MENDING
 from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import Access, Model
-from lockprobe.agents.prompt import Message, form
+from lockprobe.agents.prompt import Message, reply_schema
 from lockprobe.agents.reply import REFUSED, object_in
 from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.model_call import Call
@@ -21,7 +21,7 @@ _ACCESS = Access(connections=1, timeout=60.0, retries=0, connect=4.0)
 _CALL = Call(key="", step=1, turn=1, request="", reply=None)
 _COLOURS = ("green", "red", "blue")
 _NAMES = ("joint", "colour")
-_FORM = form(dict(zip(_NAMES, (("A", "B"), ("none", *_COLOURS)), strict=True)))
+_FORM = reply_schema(dict(zip(_NAMES, (("A", "B"), ("none", *_COLOURS)), strict=True)))
 _ASKED = (
     "Reply with one JSON object and nothing else:\n"
     f'{{"joint": "A", "colour": the colour of the picture, one of {", ".join(_COLOURS)}, or "none" without a picture}}'

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.prompt import conversation, reply_schema
+from lockprobe.agents.reply import asked_for
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import ChannelFault
@@ -155,7 +156,7 @@ class _CountingAgent:
         self._model, self._picture = model, picture
 
     async def decide(self, situation: Situation, rng: Generator) -> Decision:
-        form = reply_schema(situation)
+        form = reply_schema(asked_for(situation))
         asked = form["properties"]
         assert isinstance(asked, dict)
         reply = json.dumps({key: REPLY[key] for key in asked})
