@@ -35,8 +35,7 @@ import numpy as np
 from lockprobe.agents.llm import model as _  # noqa: F401 - so that nobody is charged for importing it
 from lockprobe.agents.llm.settings import Access
 from lockprobe.agents.prompt import conversation, reply_schema
-from lockprobe.agents.reply import asked_for
-from lockprobe.agents.reply import parse_reply
+from lockprobe.agents.reply import asked_for, parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal

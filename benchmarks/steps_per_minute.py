@@ -24,8 +24,7 @@ import numpy as np
 
 from lockprobe.agents.local import Engine, locate
 from lockprobe.agents.prompt import conversation, reply_schema
-from lockprobe.agents.reply import asked_for
-from lockprobe.agents.reply import parse_reply
+from lockprobe.agents.reply import asked_for, parse_reply
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.journal import Journal
