@@ -120,6 +120,7 @@ FAULTS = {
     "the same with text": (body('{"jo', "error", choice={"error": UPSTREAM}), "answered 502: Upstream error", 2, 10, 0),
     "an error in words": (body(choice={"error": "overloaded"}), "overloaded", 2, 10, 0),
     "an error beside the choice": (body("", "error", error=UPSTREAM), "answered 502: Upstream error", 2, 10, 0),
+    "an error beside a refusal": (body(None, message={"refusal": "I cannot help."}, error=UPSTREAM), "answered 502: Upstream error", 2, 10, 0),
     "an error beside a reply": (body(error={"message": "odd"}), "odd", 2, 10, 0),
     "an error without a message": (body(choice={"message": None, "error": UPSTREAM}), "answered 502: Upstream", 2, 10, 0),
     "an error and no choice": (body(choices=[], error=UPSTREAM), "answered 502: Upstream error", 2, 10, 0),

@@ -176,13 +176,14 @@ def _read(came: Mapping[str, Any], status: int, counted: Usage) -> tuple[str, st
     message = _mapping(choice.get("message"))
     said, refusal, thoughts = _said(message.get("content"))
     text = said or ""
-    if refusal := _text_of(message.get("refusal")) or refusal or _refused(choice, came, text):
+    if refusal := _refused(choice, came, text, _text_of(message.get("refusal")) or refusal):
         return refusal, REFUSED, thoughts
     stop = _STOPS.get(str(choice.get("finish_reason")).lower(), "unknown")
     names = ("reasoning", "reasoning_content", "reasoning_details")
     thoughts = thoughts or next((_text_of(message[name]) or "…" for name in names if message.get(name)), "")
     if text.strip():
-        return text, stop, thoughts or text * ("</think>" in text and not text.rpartition("</think>")[2].strip())
+        thought_alone = "</think>" in text and not text.rpartition("</think>")[2].strip()
+        return text, stop, thoughts or (text if thought_alone else "")
     if message.get("tool_calls") or message.get("function_call"):
         return "", "tool_calls", thoughts
     # no model gives an empty reply without a token, a thought or a reason for its end
@@ -194,11 +195,12 @@ def _read(came: Mapping[str, Any], status: int, counted: Usage) -> tuple[str, st
     return text, stop, thoughts
 
 
-def _refused(choice: Mapping[str, Any], came: Mapping[str, Any], text: str) -> str:
-    """The words of a refusal beside a text or in its place; empty for a reply of the model, and a fault is raised."""
+def _refused(choice: Mapping[str, Any], came: Mapping[str, Any], text: str, refusal: str) -> str:
+    """The words of a refusal, as such, beside a text or in its place; empty for a reply, and a fault is raised."""
     empty = not text.strip()
-    if error := _refusal_in(choice, "error", charged=not empty) or _refusal_in(came, "error", charged=not empty):
-        return error
+    error = _refusal_in(choice, "error", charged=not empty) or _refusal_in(came, "error", charged=not empty)
+    if refusal := refusal or error:
+        return refusal
     reasons = [(name, str(choice[name])) for name in _REASONS if choice.get(name)]
     for name, reason in reasons:
         if _REFUSAL.search(reason):
