@@ -12,17 +12,9 @@ from lockprobe.boxes.solve import fault_of, optimum
 from lockprobe.foundation.errors import BadValue, UnknownName
 
 PUBLISHED = [
-    "chain-4",
-    "chain-8",
-    "bichain-5",
-    "fork",
-    "converge",
-    "reset",
-    "gray-code-5",
-    "common-cause-4",
-    "common-effect-3",
+    "chain-4", "chain-8", "bichain-5", "fork", "converge", "reset", "gray-code-5", "common-cause-4", "common-effect-3",
     "branched",
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(

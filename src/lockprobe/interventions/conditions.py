@@ -11,6 +11,7 @@ import importlib
 import pkgutil
 import re
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import is_dataclass
 from functools import cache
 from itertools import chain, product
@@ -65,14 +66,12 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
         return ()
     found = list[Intervention]()
     for part in (Spec.parse(one, "intervention") for one in split_specs(spec)):
-        name = part.full_name
-        if (kind := shipped_as(part)) is not None:
-            found.append(cast(Intervention, with_options(kind, name, part.options)))
-            continue
-        if (plugin := find_plugin("intervention", str(part))) is None:
-            raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
-        kind = checked(name, plugin.load())
-        with plugin.guarded():
+        name, kind, plugin = part.full_name, shipped_as(part), None
+        if kind is None:
+            if (plugin := find_plugin("intervention", str(part))) is None:
+                raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
+            kind = checked(name, plugin.load())
+        with plugin.guarded() if plugin else nullcontext():
             found.append(cast(Intervention, with_options(kind, name, part.options)))
     return tuple(found)
 

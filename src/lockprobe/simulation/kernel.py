@@ -183,24 +183,15 @@ class Minds:
     def remember(self, minds: Whole, places: Whole, moved: Flags, shifted: Whole) -> Whole:
         """The minds after reports: whether the joint moved as told, and the joints told away from their start."""
         heard = ((minds * self._joints + places) * 2 + moved << self._joints) + shifted
-        kinds, rows = np.unique(heard, return_inverse=True)
-        return np.array([self._heard(kind) for kind in kinds.tolist()], np.int64)[rows]
-
-    def _heard(self, heard: int) -> int:
-        """The mind after a report, both as one number."""
-        if heard not in self._after:
-            rest, shifted = divmod(heard, 1 << self._joints)
-            rest, moved = divmod(rest, 2)
-            number, joint = divmod(rest, self._joints)
-            view, memory = self._minds[number]
-            told = Told(
-                joint=joint,
-                moved=bool(moved),
-                shifted=None if self._world.tell == "outcome" else shifted,
-                states_only=self._world.states_only,
-            )
-            self._after[heard] = self._number(view, self._policy.remember(view, memory, told))
-        return self._after[heard]
+        _, first, rows = np.unique(heard, return_index=True, return_inverse=True)
+        reports = (one[first].tolist() for one in (heard, minds, places, moved, shifted))
+        for report, mind, joint, said, away in zip(*reports, strict=True):
+            if report not in self._after:
+                view, memory = self._minds[mind]
+                shown = None if self._world.tell == "outcome" else away
+                told = Told(joint=joint, moved=said, shifted=shown, states_only=self._world.states_only)
+                self._after[report] = self._number(view, self._policy.remember(view, memory, told))
+        return np.array([self._after[report] for report in heard[first].tolist()], np.int64)[rows]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -131,7 +131,7 @@ def power(
         for (place, effect), size, first in product(enumerate(effects), ladder, range(0, studies, _BATCH))
     ]
     found: list[dict[int, Counter[str]]] = [{size: Counter() for size in ladder} for _ in effects]
-    results = workers.each(_simulator, jobs) if workers else ((job, _simulated(job)) for job in jobs)
+    results = workers.each(_simulator, jobs) if workers else zip(jobs, map(_simulator(), jobs), strict=True)
     for done, ((place, _, size, *_), detected) in enumerate(results, start=1):
         if isinstance(detected, Lost):
             assert workers is not None
@@ -146,16 +146,15 @@ def power(
 
 
 def _simulator() -> Callable[[_Job], Counter[str]]:
-    return _simulated
+    def detected(job: _Job) -> Counter[str]:
+        _, effect, size, seed, numbers = job
+        found = Counter[str]()
+        for number in numbers:
+            path: tuple[str | int, ...] = (*effect.address, size, number)
+            found.update(effect.detected(size, generator(seed, *path), generator(seed, *path, "tests")))
+        return found
 
-
-def _simulated(job: _Job) -> Counter[str]:
-    _, effect, size, seed, numbers = job
-    found = Counter[str]()
-    for number in numbers:
-        path: tuple[str | int, ...] = (*effect.address, size, number)
-        found.update(effect.detected(size, generator(seed, *path), generator(seed, *path, "tests")))
-    return found
+    return detected
 
 
 def _played(solved: Flags, dose: float) -> Outcomes:

@@ -31,7 +31,7 @@ class FakeRay:
         self.killed, self.sizes, self.worked = set(), [], []
 
     def nodes(self):
-        node = {"Alive": True, "NodeManagerHostname": "one", "Resources": {"CPU": float(self.processors)}}
+        node = {"Alive": True, "Resources": {"CPU": float(self.processors)}}
         return [node, node | {"Alive": False}, node | {"Resources": {}}]
 
     def remote(self, **options):

@@ -115,6 +115,5 @@ def test_a_study_on_three_nodes_is_the_study_of_one_process(tmp_path):
         Journal.open(tmp_path / "there", planned) as journal,
     ):
         run(planned, journal, limits=Limits(cluster=cluster), observer=Killer(loopback.nodes[0], 5))
-        assert list(cluster.map(abs, [-2, 1])) == [2, 1]
     assert lines(tmp_path / "there") == lines(tmp_path / "here")
     assert len(records(tmp_path / "there")) == planned.size
