@@ -43,10 +43,8 @@ def told(needs, kind, joints, flips, states_only):
             return None
         channel = flip_of(kind, float(flip))
         real = Percept(joint=box.names[joint], outcome="moved" if moved else "blocked", positions=configuration)
-        last, percept = (
-            percept,
-            channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0)),
-        )
+        last, past = percept, (Moment(was=real, told=percept),)
+        percept = channel.perceive(real, past, task, np.random.default_rng(0))
         where = None if kind == "outcome-only" else sum(p << i for i, p in enumerate(percept.positions))
         said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
         reports.append((joint, said, where, states_only))

@@ -45,14 +45,9 @@ def test_a_neutral_order_neither_follows_nor_avoids_the_interlock_and_puts_every
     locking, row = locking_pairs(box(name)), [(0, 1), (1, 2), (2, 3)]
     luck = rng()
     drawn = Counter(tuple(neutral_order(locking, row, 4, luck)) for _ in range(4000))
-    met = [
-        sum(tuple(sorted(order[i : i + 2])) in locking for i in range(3)) for order in itertools.permutations(range(4))
-    ]
-    kept = [
-        order
-        for order, count in zip(itertools.permutations(range(4)), met, strict=True)
-        if abs(count - np.mean(met)) < 1
-    ]
+    orders = [*itertools.permutations(range(4))]
+    met = [sum(tuple(sorted(order[i : i + 2])) in locking for i in range(3)) for order in orders]
+    kept = [order for order, count in zip(orders, met, strict=True) if abs(count - np.mean(met)) < 1]
     assert {*drawn} == {*kept}
     assert all(0.7 < count * len(kept) / 4000 < 1.3 for count in drawn.values())
     assert {Counter(at)[joint] for at in zip(*kept, strict=True) for joint in range(4)} == {len(kept) // 4}

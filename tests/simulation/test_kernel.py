@@ -93,13 +93,8 @@ def test_loop_kernel_and_gymnasium_play_one_trial(agent, name, told, p, seed, re
     assert found.moved[-1].tolist() == moved + [False] * rest
     assert found.told_moved[-1].tolist() == said + [False] * rest
 
-    asked = {
-        "box": name,
-        "condition": [flip],
-        "modality": modality_of(tell),
-        "shuffle": shuffle,
-        "max_steps": max_steps,
-    }
+    world = {"box": name, "condition": [flip], "modality": modality_of(tell)}
+    asked = {**world, "shuffle": shuffle, "max_steps": max_steps}
     places = [recorded.listing.index(recorded.labels[joint]) for joint in joints]
     single = gymnasium.make("lockprobe/Lockbox-v0", disable_env_checker=True, **asked)
     many = gymnasium.make_vec("lockprobe/Lockbox-v0", 2, **asked)

@@ -76,9 +76,9 @@ def test_agents_are_corrected_together_and_baselines_do_not_count():
 
 
 def test_every_design_has_its_sizes_what_it_asks_and_how_many_it_corrects_for():
-    (why,), (rates,) = (conditions_of(one, [0.5] * n) for one, n in (
-        (study("why", agent=["cognitive:perseverant", "cognitive:insistent"]), 7), (study("flips", agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.2, 0.4]), 3)
-    ))  # fmt: skip
+    agents = ["cognitive:perseverant", "cognitive:insistent"]
+    (why,) = conditions_of(study("why", agent=agents), [0.5] * 7)
+    (rates,) = conditions_of(study("flips", agent=agents, p=[0, 0.2, 0.4]), [0.5] * 3)
     assert (why.sizes, rates.sizes) == ((50, 150, 300, 600), (15, 30, 60, 120, 240))
     assert (why.asked, rates.asked) == ([], ["flip?p=0.2", "flip?p=0.4", ANY, SHAPE])
     assert (why.row("x")["choices"], rates.row("x")["choices"]) == (12, 4)
@@ -86,11 +86,8 @@ def test_every_design_has_its_sizes_what_it_asks_and_how_many_it_corrects_for():
     assert two.asked == ["flip?p=0.2"]
     people, boxes = Clusters(success=(0.2, 0.5, 0.6)), Clusters(success=(0.2, 0.5), counted="boxes")
     assert (people.sizes, people.asked, people.least) == ((30, 60, 120, 240, 480), ["2", "3"], 10)
-    assert (boxes.sizes, boxes.least, Clusters(success=(0.2, 0.5), between=True).least) == (
-        (20, 40, 80, 160, 320),
-        5,
-        20,
-    )
+    assert (boxes.sizes, boxes.least) == ((20, 40, 80, 160, 320), 5)
+    assert Clusters(success=(0.2, 0.5), between=True).least == 20
 
 
 WHY = {

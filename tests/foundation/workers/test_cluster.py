@@ -89,10 +89,8 @@ def test_every_job_has_one_result_and_short_ones_are_sent_together():
     assert ray.actors == 2
     assert ray.killed == {1, 2}
     assert sorted(ray.worked) == list(range(40))
-    assert {at_once: max(results_of(ray := FakeRay(), range(5000), at_once) and ray.sizes) for at_once in (1, 100)} == {
-        1: 1,
-        100: 100,
-    }
+    for at_once in (1, 100):
+        assert max(results_of(ray := FakeRay(), range(5000), at_once) and ray.sizes) == at_once
 
 
 @pytest.mark.parametrize("lost", [0, 7, 39])
@@ -118,9 +116,8 @@ def test_a_job_that_kills_every_actor_is_given_up_and_the_others_are_done():
 
 
 def test_losses_in_a_row_end_the_work():
-    with pytest.raises(
-        Missing, match="workers were lost 4 times in a row, with nothing finished in between .ActorDiedError"
-    ):
+    often = "workers were lost 4 times in a row, with nothing finished in between .ActorDiedError"
+    with pytest.raises(Missing, match=often):
         results_of(FakeRay(lose=lambda actor, jobs: "ActorDiedError"))
 
 
