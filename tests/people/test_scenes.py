@@ -152,7 +152,7 @@ def after(joints, plan=PLAN):
     """The situation after these attempts, joints by their place in the listing."""
 
     async def played():
-        held = await PausedTrial.begin(plan)
+        held = await PausedTrial(plan).begin()
         for joint in joints:
             await held.attempt(held.situation.task.joints[joint], "moved")
         situation = held.situation

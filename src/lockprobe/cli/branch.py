@@ -23,7 +23,6 @@ from lockprobe.statistics.branch import branch_effects
 from lockprobe.statistics.rules import Rules
 from lockprobe.studies import FORKS
 from lockprobe.studies.branch import branching, play_forks
-from lockprobe.studies.costs.spending import Budget
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
@@ -67,7 +66,6 @@ def branch(
     )
     access = Access(connections=connections, timeout=timeout, retries=retries)
     limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access)
-    allowed = None if budget is None else Budget(study, budget)
     planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
     what = (
         f"{count(len(planned), 'fork')} of {count(len(asked.trials), 'trial')} on {study.boxes_in_words}: "
@@ -78,7 +76,7 @@ def branch(
     with Journal.open(directory / FORKS, study) as journal:
         if done := len(planned) - sum(map(journal.owes, planned)):
             begin.append(f"{done} of {count(len(planned), 'fork')} are done already")
-        progress = Progress(study, journal, json=json, budget=allowed, forks=begin)
+        progress = Progress(study, journal, json=json, budget=budget, forks=begin)
         progress.watch(partial(play_forks, asked, journal, limits=limits, observer=progress))
         owed = sum(map(journal.owes, planned))
     forks = [fork for fork in load(directory / FORKS) if fork.key in planned]

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 BOX = "A box by name, random-N-SEED, or a TOML file."
 OUT = "Where the result is written."
 PLANT = "What is acted on: a plant that lockprobe list plants lists, with options as in twin?looks=varied."
-SEED = "Seed of everything."
-STUDIES = "Simulated studies of each kind."
 
 _ALLOW = "Code of yours that the directory names, as python:MODULE:NAME; it runs only if named; may be repeated (none)."
 _BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."
@@ -46,9 +44,8 @@ ClusterAt = Annotated[str | None, typer.Option("--cluster", metavar="auto|HOST:P
 Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help=with_brackets(OUT, "lockprobe-runs/STUDY-HASH"))]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")]
 Retries = Annotated[int, typer.Option(help="How often a request without an answer is made again.")]
-Seed = Annotated[int, typer.Option(min=0, help=SEED)]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core, at most 8).")]
 

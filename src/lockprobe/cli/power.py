@@ -30,7 +30,7 @@ _OVER_BOXES = "Numbers of boxes to measure at, as 5,10,20, by --trials on each (
 _TRIALS = study_help(
     "trials", "numbers to measure at: 15,30,60,120,240; of why 50,150,300,600; on each box 1,2,5,10,20"
 )
-_STUDIES = options.with_brackets(options.STUDIES, "100")
+_STUDIES = "Simulated studies of each kind (100)."
 
 _FACTORS = (0.5, 1.0, 1.5)
 """What the assumed deviations between persons are multiplied by, to show how much they decide."""

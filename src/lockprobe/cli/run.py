@@ -77,7 +77,6 @@ def run(
         print(printable(f"--agent replaces the agents of {what}: {', '.join(theirs)}"), file=sys.stderr)
     from lockprobe.cli.run_study import planned_study, play_study
     from lockprobe.foundation.workers import Cluster
-    from lockprobe.studies.costs.spending import Budget
     from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.executor import Limits
 
@@ -93,5 +92,4 @@ def run(
 
             print_estimates(planned, directory, json=json)
             return
-        allowed = None if budget is None else Budget(planned, budget)
-        play_study(planned, directory, limits, allowed, report=report, json=json)
+        play_study(planned, directory, limits, budget, report=report, json=json)

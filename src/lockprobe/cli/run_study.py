@@ -82,7 +82,7 @@ def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> t
 
 
 def play_study(
-    planned: Study, directory: Path, limits: Limits, budget: Budget | None, *, report: bool = True, json: bool = False
+    planned: Study, directory: Path, limits: Limits, budget: float | None, *, report: bool = True, json: bool = False
 ) -> None:
     """Play the trials that a study owes, and write its report.
 
@@ -90,7 +90,7 @@ def play_study(
         planned: The study.
         directory: The directory of the study, existing or new.
         limits: How much is played at once.
-        budget: The budget of the study.
+        budget: The budget of the study, US dollars.
         report: Whether to write the report after the run.
         json: Whether to print events as JSON.
 
@@ -177,7 +177,7 @@ class Progress(Observer):
         study: The study. Where its plant asks questions at this terminal, no line covers them.
         journal: Where trials are written.
         json: Whether programs read it. What agents print then goes to standard error, so that every line is JSON.
-        budget: What its calls may cost.
+        budget: What its calls may cost, US dollars.
         forks: What is said of forks at the beginning; None of a study.
 
     Attributes:
@@ -192,11 +192,12 @@ class Progress(Observer):
         journal: Journal,
         *,
         json: bool = False,
-        budget: Budget | None = None,
+        budget: float | None = None,
         forks: Sequence[str] | None = None,
     ) -> None:
         self._study, self._journal = study, journal
-        self._json, self._budget, self._forks, self._out = json, budget, forks, sys.stdout
+        self._json, self._forks, self._out = json, forks, sys.stdout
+        self._budget = journal.calls.budget = None if budget is None else Budget(study, budget)
         self.broken, self.abandoned = Counter[str](), dict[str, tuple[str, int]]()
         self.reached: BudgetReached | None = None
         self._ended, self._first_error, self._agent = 0, "", ""
@@ -209,7 +210,6 @@ class Progress(Observer):
 
     def watch(self, play: Callable[[], None]) -> None:
         """Tell of what is played within the budget; Ctrl-C is told and raised again."""
-        self._journal.calls.budget = self._budget
         try:
             with redirect_stdout(sys.stderr) if self._json else self._live or nullcontext():
                 play()

@@ -68,17 +68,9 @@ _UNNAMED = (
 _OPEN = "Note          Anyone with the link can join. --join-code CODE, or require_id in people.toml, keeps others out."
 _ALLOWED = "A name of this machine on a local network; may be repeated."
 
-Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|looks|FILE.toml|DIR", help=_STUDY)]
-People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
-JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="A code without which no address admits.")]
-Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
-Host = Annotated[str, typer.Option(help="Host name or IP address.")]
-Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
-Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
-WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write a file of texts to edit, and exit.")]
-WritePeople = Annotated[
-    Path | None, typer.Option(metavar="FILE.toml", help="Write a file of settings for people to edit, and exit.")
-]
+_CODE = "A code without which no address admits."
+_WRITE_TEXTS = "Write a file of texts to edit, and exit."
+_WRITE_PEOPLE = "Write a file of settings for people to edit, and exit."
 
 
 @options.under_headings(
@@ -90,18 +82,18 @@ WritePeople = Annotated[
 @with_study_options(without=("agent", "until", "boxes"))
 def serve(
     asked: Mapping[str, object],
-    what: Name = None,
-    people: People = None,
-    texts: Texts = None,
-    join_code: JoinCode = None,
+    what: Annotated[str | None, typer.Argument(metavar="flips|modalities|why|looks|FILE.toml|DIR", help=_STUDY)] = None,
+    people: Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)] = None,
+    texts: Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)] = None,
+    join_code: Annotated[str | None, typer.Option(metavar="CODE", help=_CODE)] = None,
     out: options.Out = None,
     allow: options.Allow = None,
-    host: Host = "127.0.0.1",
-    port: options.Port = 8765,
-    public_url: Public = "",
-    allow_host: Allowed = None,
-    write_texts: WriteTexts = None,
-    write_people: WritePeople = None,
+    host: Annotated[str, typer.Option(help="Host name or IP address.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")] = 8765,
+    public_url: Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)] = "",
+    allow_host: Annotated[list[str] | None, typer.Option(metavar="NAME", help=_ALLOWED)] = None,
+    write_texts: Annotated[Path | None, typer.Option(metavar="FILE.toml", help=_WRITE_TEXTS)] = None,
+    write_people: Annotated[Path | None, typer.Option(metavar="FILE.toml", help=_WRITE_PEOPLE)] = None,
     json: options.AsJson = False,
 ) -> None:
     """Let people take part in a study, on a page in their browser. The same command resumes the study.

@@ -231,13 +231,13 @@ class ToolSession:
             if self._most is not None and self._begun >= self._most and not resumed:
                 raise CallRefused(f"This session has played its trials ({self._most}). Start the server anew for more.")
             position = self._begun + (not resumed or not self._begun)
-            trial = await PausedTrial.begin(
+            trial = PausedTrial(
                 plan,
-                self._log.attempts.get(plan.key, ()),
                 facts={**facts, "position": position, **({"resumed": resumed} if resumed else {})},
                 pictures=self._journal.directory / ALBUM,
                 place=self._place,
             )
+            await trial.begin(self._log.attempts.get(plan.key, ()))
             if trial.trial is not None:  # it was over and had not been recorded, or its box broke
                 self._record(trial)
             else:

@@ -178,14 +178,14 @@ class Session:
             "feedback": opened.scenes.experiment.feedback,
         }
         try:
-            return await PausedTrial.begin(
+            trial = PausedTrial(
                 plan,
-                self.diary.attempts(box),
                 facts=facts,
                 words_alone=True,
                 pictures=opened.journal.directory / ALBUM if self._records(box) else None,
                 place=opened.place,
             )
+            return await trial.begin(self.diary.attempts(box))
         except BadValue as error:
             raise self._bad(str(error)) from None
 

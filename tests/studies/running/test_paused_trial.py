@@ -32,8 +32,12 @@ def alone():
     return without_page(STUDY, blank, "human-inspired")
 
 
+async def begun(played=()):
+    return await PausedTrial(PLAN).begin(played)
+
+
 async def _blank():
-    held = await PausedTrial.begin(PLAN)
+    held = await begun()
     for _ in range(PLAN.budget):
         if held.trial is None:
             await held.attempt(held.situation.task.joints[0])
@@ -45,7 +49,7 @@ def test_it_goes_on_after_every_step(alone):
 
     async def each() -> None:
         for number in range(len(played) + 1):
-            held = await PausedTrial.begin(PLAN, played[:number])
+            held = await PausedTrial(PLAN).begin(played[:number])
             told = [await held.attempt(step.joint, step.claimed) for step in played[number:]]
             assert told == [step.told for step in played[number:]]
             assert held.situation is None
@@ -62,7 +66,7 @@ def test_another_history_is_never_shown(alone, wrong):
     played = steps_of(alone)
     said = {"joint": played[1].joint, "claimed": played[1].claimed, "told": played[1].told}
     with pytest.raises(BadValue, match=r"step 2 of flips/participant/flip\?p=0\.4/rep=1/trial=2"):
-        asyncio.run(PausedTrial.begin(PLAN, [played[0], RecordedAttempt(**(said | wrong)), *played[2:4]]))
+        asyncio.run(begun([played[0], RecordedAttempt(**(said | wrong)), *played[2:4]]))
 
 
 def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
@@ -71,7 +75,7 @@ def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
     plan = replace(PLAN, condition=flips((0.0,), modalities=("rgb",))[0])
 
     async def looked() -> None:
-        held = await PausedTrial.begin(plan, pictures=tmp_path)
+        held = await PausedTrial(plan, pictures=tmp_path).begin()
         told = [await held.attempt("A") for _ in range(2)]
         assert told == ["", ""]
         names = [picture.name for picture in held.situation.percept.pictures]
@@ -80,7 +84,7 @@ def test_pictures_are_kept_and_are_no_words(tmp_path, monkeypatch):
         full = tmp_path / "file"
         full.write_text("")
         with pytest.raises(BadFile):
-            await PausedTrial.begin(plan, pictures=full)
+            await PausedTrial(plan, pictures=full).begin()
 
     asyncio.run(looked())
 
@@ -114,7 +118,7 @@ def test_what_is_remembered_or_asked_for_cannot(condition, by, why):
 
 def test_who_reads_words_alone_is_asked_for_nothing_else():
     async def decides(briefing, **settings):
-        held = await PausedTrial.begin(PLAN, **settings)
+        held = await PausedTrial(PLAN, **settings).begin()
         asked = replace(held.situation, briefing=briefing)
         held._said.put_nowait(None)
         try:

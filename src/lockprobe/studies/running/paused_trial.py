@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import AsyncExitStack, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 from lockprobe.foundation.errors import BadValue, ChannelFault
 from lockprobe.studies.records.store import keep_picture
@@ -45,6 +45,13 @@ class RecordedAttempt(NamedTuple):
 class PausedTrial:
     """A trial that waits at each decision, and is its own agent. :meth:`close` releases its plant.
 
+    Args:
+        plan: The plan of the trial.
+        facts: Facts about the agent's connection, for the record.
+        words_alone: Whether remarks and warnings are all that the agent is shown of what it is asked.
+        pictures: Directory for pictures; None stores none.
+        place: The executor that runs the plant.
+
     Attributes:
         situation: The information that may be shown now; None once the trial is over.
         trial: The record once the trial is over, else None.
@@ -52,9 +59,15 @@ class PausedTrial:
     """
 
     def __init__(
-        self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor, *, words_alone: bool
+        self,
+        plan: Plan,
+        *,
+        facts: Mapping[str, Fact] | None = None,
+        words_alone: bool = False,
+        pictures: Path | None = None,
+        place: Executor = here,
     ) -> None:
-        self.plan, self.facts, self._words_alone, self._told = plan, facts, words_alone, ""
+        self.plan, self.facts, self._words_alone, self._told = plan, facts or {}, words_alone, ""
         self.situation: Situation | None = None
         self.trial: Trial | None = None
         self.seconds = 0.0
@@ -63,45 +76,26 @@ class PausedTrial:
         keep = None if pictures is None else partial(keep_picture, pictures)
         self._loop = asyncio.create_task(play_timed(plan, self, self._note, keep, place=place))
 
-    @classmethod
-    async def begin(
-        cls,
-        plan: Plan,
-        played: Iterable[RecordedAttempt] = (),
-        *,
-        facts: Mapping[str, Fact] | None = None,
-        words_alone: bool = False,
-        pictures: Path | None = None,
-        place: Executor = here,
-    ) -> PausedTrial:
-        """Begin a trial, replay its steps so far, and wait at the next decision.
-
-        Args:
-            plan: The plan of the trial.
-            played: Its attempts so far.
-            facts: Facts about the agent's connection, for the record.
-            words_alone: Whether remarks and warnings are all that the agent is shown of what it is asked.
-            pictures: Directory for pictures; None stores none.
-            place: The executor that runs the plant.
+    async def begin(self, played: Iterable[RecordedAttempt] = ()) -> Self:
+        """Begin, replay the attempts so far, and wait at the next decision.
 
         Raises:
             BadValue: If a report differs from the one that was shown, or the steps do not fit the trial.
             LockprobeError: If a file cannot be written.
         """
-        paused = cls(plan, dict(facts or {}), pictures, place, words_alone=words_alone)
         async with AsyncExitStack() as undo:
-            undo.push_async_callback(paused.close)
-            await paused._wait()
+            undo.push_async_callback(self.close)
+            await self._wait()
             for number, step in enumerate(played, 1):
-                what, there = f"step {number} of {plan.key}", paused.situation
+                what, there = f"step {number} of {self.plan.key}", self.situation
                 if there is not None and step.joint in there.task.joints:
-                    told = await paused.attempt(step.joint, step.claimed, step.hypothesis)
-                    if told != step.told and paused.sound:  # a broken trial reports nothing
+                    told = await self.attempt(step.joint, step.claimed, step.hypothesis)
+                    if told != step.told and self.sound:  # a broken trial reports nothing
                         raise BadValue(what, told, f"{step.told!r}, as it was shown before")
-                elif paused.sound:
+                elif self.sound:
                     raise BadValue(what, step.joint, "a step of this trial")
             undo.pop_all()
-        return paused
+        return self
 
     @property
     def sound(self) -> bool:
