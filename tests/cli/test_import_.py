@@ -25,15 +25,10 @@ def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path
     assert "5 trials imported, 0 already there, 1 unfinished. 1 replies of unfinished trials were imported" in said
 
 
-@pytest.fixture
-def people(tmp_path):
-    study = small_study(["participant"], trials=1, repetitions=1)
-    take_part(tmp_path / "people", study, "aaaa01", [(0.0, 1, 1)], platform={"PROLIFIC_PID": "5f00ab"})
-    take_part(tmp_path / "people", study, "bbbb02", [(0.3, 1, 1), (0.6, 1, 1)], left_after=1)
-    return tmp_path / "people"
-
-
-def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, played, people):
+def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, tmp_path, played):
+    study, people = small_study(["participant"], trials=1, repetitions=1), tmp_path / "people"
+    take_part(people, study, "aaaa01", [(0.0, 1, 1)], platform={"PROLIFIC_PID": "5f00ab"})
+    take_part(people, study, "bbbb02", [(0.3, 1, 1), (0.6, 1, 1)], left_after=1)
     status, said, _ = lockprobe("import", played, people)
     assert status == 0
     assert "2 trials imported, 0 already there, 0 unfinished. 2 participants. New agents: participant." in said

@@ -7,10 +7,9 @@ from contextlib import redirect_stdout
 import pytest
 import strangers
 from builders import small_study, write_study
-from typer.testing import CliRunner
+from typed import in_process
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, price_of
-from lockprobe.cli.list_ import app
 from lockprobe.cli.printing import print_rows
 from lockprobe.statistics.measures import MEASURES, find_measure, measured
 from lockprobe.studies.records.read_records import load
@@ -22,10 +21,7 @@ def nothing_of_ones_own(monkeypatch):
 
 
 def show(*words):
-    done = CliRunner().invoke(app, ["models", *words])
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done.stdout
+    return in_process("list", "models", *words).stdout
 
 
 def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():

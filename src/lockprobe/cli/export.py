@@ -37,8 +37,7 @@ def export(
     ] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
     platform_ids: Annotated[
-        bool,
-        typer.Option("--with-platform-ids", help="Include people's IDs of the platform; they are personal data."),
+        bool, typer.Option("--with-platform-ids", help="Include people's IDs of the platform; they are personal data.")
     ] = False,
     trial: Annotated[
         str, typer.Option(metavar="KEY", help="Frames of this trial alone, by its key or its beginning or end.")

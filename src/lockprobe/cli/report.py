@@ -23,24 +23,16 @@ _PAGE = Path("compare.html")
 _LONGEST = 300
 """The most characters of a line on different settings."""
 
-Directories = Annotated[
-    list[Path], typer.Argument(metavar="DIR...", help="The directory of a study; several are compared on one page.")
-]
-Agents = Annotated[
-    list[str] | None,
-    typer.Option("--agent", help=study_help("agent", "all; of several studies, fewer need less correction")),
-]
-Out = Annotated[
-    Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, f"several studies: {_PAGE}"))
-]
-ForPaper = Annotated[bool, typer.Option("--paper", help=_PAPER)]
+_DIRECTORIES = "The directory of a study; several are compared on one page."
+_AGENT = study_help("agent", "all; of several studies, fewer need less correction")
+_OUT = options.with_brackets(options.OUT, f"several studies: {_PAGE}")
 
 
 def report(
-    directories: Directories,
-    paper: ForPaper = False,
-    agent: Agents = None,
-    out: Out = None,
+    directories: Annotated[list[Path], typer.Argument(metavar="DIR...", help=_DIRECTORIES)],
+    paper: Annotated[bool, typer.Option("--paper", help=_PAPER)] = False,
+    agent: Annotated[list[str] | None, typer.Option(help=_AGENT)] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help=_OUT)] = None,
     json: options.AsJson = False,
 ) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records; compare several studies on one page.

@@ -23,14 +23,7 @@ from rich.live import Live
 from rich.text import Text
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.cli.format_cost import (
-    estimate_lines,
-    in_boundaries,
-    money,
-    settings_line,
-    spent_facts,
-    spent_in_words,
-)
+from lockprobe.cli.format_cost import estimate_lines, in_boundaries, money, settings_line, spent_facts, spent_in_words
 from lockprobe.cli.result import decided, write
 from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.foundation.formatting import count

@@ -73,12 +73,7 @@ _WRITE_TEXTS = "Write a file of texts to edit, and exit."
 _WRITE_PEOPLE = "Write a file of settings for people to edit, and exit."
 
 
-@options.under_headings(
-    {
-        "The address": "host port public_url allow_host",
-        "Files to edit": "write_people write_texts",
-    }
-)
+@options.under_headings({"The address": "host port public_url allow_host", "Files to edit": "write_people write_texts"})
 @with_study_options(without=("agent", "until", "boxes"))
 def serve(
     asked: Mapping[str, object],

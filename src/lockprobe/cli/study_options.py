@@ -17,8 +17,7 @@ from lockprobe.studies.options.study_options import StudyOptions
 Name = Annotated[
     str,
     typer.Argument(
-        metavar="flips|modalities|why|looks|FILE.toml",
-        help="The study; mechanisms.toml comes with the package.",
+        metavar="flips|modalities|why|looks|FILE.toml", help="The study; mechanisms.toml comes with the package."
     ),
 ]
 

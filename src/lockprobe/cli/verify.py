@@ -17,20 +17,18 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies import SETTINGS
 from lockprobe.studies.records.store import STORE
 
-Settings = Annotated[
-    str | None,
-    typer.Option("--settings", metavar="HASH", help="The hash of the settings, as it was published."),
-]
-Results = Annotated[
-    str | None, typer.Option("--results", metavar="HASH", help="The hash of the results, as it was published.")
-]
+_SETTINGS = "The hash of the settings, as it was published."
+_RESULTS = "The hash of the results, as it was published."
 
 _NAMED = 5
 """The most failures printed by name; --json has all."""
 
 
 def verify(
-    directory: options.Directory, settings: Settings = None, results: Results = None, json: options.AsJson = False
+    directory: options.Directory,
+    settings: Annotated[str | None, typer.Option(metavar="HASH", help=_SETTINGS)] = None,
+    results: Annotated[str | None, typer.Option(metavar="HASH", help=_RESULTS)] = None,
+    json: options.AsJson = False,
 ) -> None:
     """Recompute a study from its records, and hold replies, logs and report against them.
 

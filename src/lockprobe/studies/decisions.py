@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import dropwhile
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -207,10 +208,8 @@ def counted(study: Study, trials: Iterable[_One]) -> tuple[_One, ...]:
     for agent in (one for one in study.run_agents if study.label_of(one) in played):
         name, blocks = study.label_of(agent), [*_ranks(study, agent)]
         for condition in study.conditions:
-            own = (name, condition.label)
-            here = [block for block in blocks if study.in_shard(agent, condition, *block)]
-            first = next((i for i, block in enumerate(here) if (*own, *block) not in there), len(here))
-            behind.update((*own, *block) for block in here[first:])
+            here = [(name, condition.label, *block) for block in blocks if study.in_shard(agent, condition, *block)]
+            behind.update(dropwhile(there.__contains__, here))
     return tuple(one for one in found if (one.group, one.condition, one.repetition, one.trial) not in behind)
 
 

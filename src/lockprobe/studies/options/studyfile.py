@@ -25,7 +25,7 @@ from lockprobe.foundation.inputs import read_preset
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, sweep
-from lockprobe.interventions.flip import DEFAULT, MisreadFlip, OutcomeFlip, entries_of, flip_of, misread_rates
+from lockprobe.interventions.flip import DEFAULT, MisreadFlip, entries_of, flip_of, misread_rates
 from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.statistics.misinterpretation import claim_counts
@@ -239,9 +239,7 @@ def _conditions(asked: StudyOptions, request: StudyOptions, plant: PlantSource) 
     if own and any(one.modality != modalities[0] for one in shown):
         expected = f"none that is shown otherwise than all others, {modalities[0]}"
         raise BadValue("condition", shown[0].spec, expected)
-    like, plain = flip_of(kinds[0]), OutcomeFlip()
-    changed = [name for name in ("inverts", "others") if getattr(like, name) != getattr(plain, name)]
-    reading = "".join(f"&{name}={getattr(like, name)}" for name in changed)
+    reading = flips((1.0,), flip_of(kinds[0]))[0].specs[0].removeprefix("flip?p=1")
     rates = not own and (asked.p is not None or lies)
     everywhere = [
         *(one for kind in kinds if rates for one in flips(p, flip_of(kind))),

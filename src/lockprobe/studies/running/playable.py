@@ -15,24 +15,22 @@ from lockprobe.trial.protocols import InterventionTraits
 
 
 class Outside(NamedTuple):
-    """A kind of agent outside of the loop, the shipped interventions on words that reach it, and why no others do.
+    """The shipped interventions on words that reach a kind of agent outside of the loop, and why no others do.
 
     Those of other packages reach a person; what they ask beyond words then breaks the trial.
     """
 
-    name: str
     said: tuple[str, ...]
     why: str
 
 
 PERSON = Outside(
-    "a person",
     ("nudge", "remark", "distract", "warn"),
     "a person remembers what they saw, and the page asks for a joint and what the last action did",
 )
 """Somebody at the page, which shows remarks and warnings."""
 
-CLIENT = Outside("a client", (*PERSON.said, "prompt"), "a client keeps its conversation itself")
+CLIENT = Outside((*PERSON.said, "prompt"), "a client keeps its conversation itself")
 """A program with tools, which gets the instruction too; its tools do not change from condition to condition."""
 
 

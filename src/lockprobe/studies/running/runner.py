@@ -15,14 +15,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.foundation.child_processes import interruptible
-from lockprobe.foundation.errors import (
-    AgentsGivenUp,
-    BadFile,
-    BadValue,
-    BudgetReached,
-    SettingsChanged,
-    UserMistake,
-)
+from lockprobe.foundation.errors import AgentsGivenUp, BadFile, BadValue, BudgetReached, SettingsChanged, UserMistake
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.decisions import due
 from lockprobe.studies.records.directory import extended
