@@ -81,9 +81,9 @@ box show --out x.pdf | in .svg, .png or .xml
 box show --arm --out x.svg | --arm: got True, expected --out FILE.xml with it
 box generate --family chain | no family is called 'chain'
 list measures nowhere | nowhere: no study.json here
-import @/S nowhere | nowhere: no such file
+import @/S nowhere | nowhere: no study.db here
 import @/S @/S | a directory other than DIR
-import @/S @/empty | not a study directory
+import @/S @/empty | empty: no study.db here; is it the directory of a study?
 verify @/S --settings '' | settings: got '', expected the 32 hexadecimal digits
 export @/S --out '' | .: not a regular file: choose another name
 export @/S --out .. | ..: not a regular file: choose another name

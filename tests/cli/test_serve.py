@@ -92,6 +92,8 @@ def test_more_people_than_there_are_trials_for_are_refused_with_what_adds_trials
     planned = study_and_people("flips", {"p": [0.0, 0.4]}, [str(people), "24"], {}, tmp_path)[0]
     assert (planned.invited, planned.trials) == (192, 96)
     write_study(tmp_path / "study", planned, [make_trial([0, 1], agent="random")])
+    with pytest.raises(BadValue, match="got 99, expected at most 96, .*, 2 for each$"):
+        study_and_people(str(tmp_path / "study"), {}, ["99"], {}, None)
     with (
         pytest.raises(SettingsChanged, match="trials on each of 8 boxes is 12 there, 5 asked"),
         Journal.open(tmp_path / "study", replace(planned, trials=40)),

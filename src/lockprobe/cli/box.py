@@ -24,7 +24,7 @@ from lockprobe.foundation.formatting import count as counted
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import listed_plugins, robot_plugin
 from lockprobe.foundation.spec import Spec
-from lockprobe.foundation.storage.atomic_file import refuse_links, write_file
+from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
@@ -142,8 +142,7 @@ def generate(
         said, facts = found.name, difficulty(found)
         if out:
             path, text = out / f"{found.name}.toml", toml_of(found)
-            refuse_links(out)
-            out.mkdir(parents=True, exist_ok=True)
+            make_directory(out)
             if path.exists() and read_input(path) != text.encode():
                 raise BadFile(path, "already exists with other content: give another --out")
             write_file(path, text)

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import write_private
@@ -21,7 +21,7 @@ from lockprobe.foundation.storage.database import Damaged
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import make_private, read_diaries, take_diaries
 from lockprobe.people.experiment import EXPERIMENT, TEXTS
-from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
+from lockprobe.studies import PEOPLE_DIRECTORY
 from lockprobe.studies.records.merge import check_source, gather, save_sound_rows
 from lockprobe.studies.records.store import ALBUM
 
@@ -41,8 +41,6 @@ def take(
         for path in sources:
             if path.resolve() == directory.resolve():
                 raise BadValue("SOURCE", str(path), "a directory other than DIR")
-            if not (path / SETTINGS).is_file():
-                raise BadFile(path, "not a study directory" if path.exists() else "no such file or directory")
             try:
                 read_diaries(path)
                 check_source(path)

@@ -7,7 +7,6 @@ import logging
 import os
 import sys
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -16,7 +15,7 @@ import typer
 from lockprobe.agents.catalogue import check_outside
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
-from lockprobe.foundation.errors import BadValue, Missing
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import MCP
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.studyfile import study
@@ -46,8 +45,6 @@ def mcp(
     resumes the study; an unfinished trial continues at its step. lockprobe status and report read the directory.
     The client starts this command and talks to it over standard input and output.
     """
-    if find_spec("mcp") is None:
-        raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")
     agent = check_outside(f"{MCP}:{agent_name}", MCP)
     planned = study(what, **{**asked, "agent": [agent]})
     if planned.attended:

@@ -7,7 +7,6 @@ import json as json_
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +16,7 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation import plugins
-from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict, needing
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
@@ -103,16 +102,13 @@ def serve(
     plugins.allow(*(allow or ()))
     if not what:
         raise BadValue("study", what, f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study")
-    given = {"language": texts, "join_code": join_code}
-    own_settings: dict[str, object] = {key: value for key, value in given.items() if value is not None}
-    planned, directory, experiment = study_and_people(what, asked, people or (), own_settings, out)
+    own = {"language": texts, "join_code": join_code}
+    planned, directory, experiment = study_and_people(what, asked, people or (), own, out)
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
-    if find_spec("starlette") is None:
-        raise Missing("lockprobe serve needs the package starlette", "pip install 'lockprobe[web]'")
-    from lockprobe.people.web.address import Address
-    from lockprobe.people.web.app import serve as until_stopped
-
+    with needing("pages for people", "web"):
+        from lockprobe.people.web.address import Address
+        from lockprobe.people.web.app import serve as until_stopped
     words = read_words(experiment.language)
 
     def announce(where: Any, state: Any) -> None:
@@ -154,12 +150,13 @@ def study_and_people(
     """The study, people among its agents, its directory, and the settings for people: as given, or as stored there.
 
     ``people`` are a file of settings, a number of people, or both; a number sets that of trials. ``own`` are settings
-    that count before those of the file.
+    that count before those of the file, where they are not None.
     """
     files, numbers = [[one for one in people if one.isdecimal() == decimal] for decimal in (False, True)]
     if len(files) > 1 or len(numbers) > 1:
         raise BadValue("people", " ".join(people), "one file, one number, or one of each")
-    given = {**own, "participants": numbers[0]} if numbers else own
+    given = {"participants": next(iter(numbers), None), **own}
+    given = {name: value for name, value in given.items() if value is not None}
 
     def experiment(directory: Path) -> Experiment:
         kept = read_experiment(Path(files[0])) if files else kept_experiment(directory) or Experiment()
@@ -169,11 +166,11 @@ def study_and_people(
         if asked or out is not None:
             said = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
             raise Conflict(said, f"the directory {name}", "its study already has its settings")
-        there = read_study(Path(name))
-        joined = replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))))
-        return joined, Path(name), experiment(Path(name))
-    request = read_options(name, asked)
-    planned = study(request, agent=list(dict.fromkeys((*(request.agent or ()), PEOPLE))))
+        there, out, numbers = read_study(Path(name)), Path(name), []
+        planned = replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))))
+    else:
+        request = read_options(name, asked)
+        planned = study(request, agent=list(dict.fromkeys((*(request.agent or ()), PEOPLE))))
 
     def directory() -> Path:
         return out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
@@ -188,9 +185,8 @@ def study_and_people(
     found = experiment(directory())
     if (asked_for := found.participants) and asked_for > (places := places_in(planned, found)):
         has = f"whom {planned.invited} trials are enough for, {boxes_each(planned, found)} for each"
-        raise BadValue(
-            "participants", asked_for, f"at most {places}, {has}; --people {asked_for} without --trials adds more"
-        )
+        has += f"; --people {asked_for} without --trials adds more" * (out != Path(name))
+        raise BadValue("participants", asked_for, f"at most {places}, {has}")
     return planned, directory(), found
 
 
