@@ -119,8 +119,9 @@ def call_of(trial: Trial | Plan, step: int = 1, reply: str | None = "said", **mo
 
 
 def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "re-observed", **settings: Any) -> Study:
-    """A study of flip rates, shown as ``modalities`` say, with the other settings as they are."""
-    return Study(conditions=flips(p, flip, settings.pop("modalities", None)), **settings)
+    """A study of flip rates, shown as ``modalities`` say, of chain-4 if of no other boxes."""
+    usual = {"boxes": (box("chain-4"),), "conditions": flips(p, flip, settings.pop("modalities", None))}
+    return Study(**usual | settings)
 
 
 def modality_study(
@@ -128,19 +129,11 @@ def modality_study(
     modalities: Sequence[str] = ("rgb", "rgbd", "symbolic"),
     trials: int = 10,
     plant: str = "fast-twin",
-    **settings: object,
+    **settings: Any,
 ) -> Study:
     """A modality study on chain-4, at p = 0 and one repetition."""
-    return Study(
-        name="modalities",
-        agents=tuple(agents),
-        boxes=(box("chain-4"),),
-        conditions=flips((0.0,), modalities=modalities),
-        repetitions=1,
-        trials=trials,
-        plant=plant,
-        **settings,  # type: ignore[arg-type]
-    )
+    shown = {"modalities": modalities, "repetitions": 1, "trials": trials, "plant": plant}
+    return study_of((0.0,), name="modalities", agents=tuple(agents), **shown, **settings)
 
 
 def small_study(
@@ -150,14 +143,7 @@ def small_study(
     trials: int = 4,
 ) -> Study:
     """A flip study of strategies on chain-4."""
-    return Study(
-        name="flips",
-        agents=tuple(agents),
-        boxes=(box("chain-4"),),
-        conditions=flips(p),
-        repetitions=repetitions,
-        trials=trials,
-    )
+    return study_of(p, name="flips", agents=tuple(agents), repetitions=repetitions, trials=trials)
 
 
 def play_study(study: Study) -> list[Trial]:

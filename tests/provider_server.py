@@ -25,18 +25,9 @@ from dataclasses import asdict, dataclass, field
 import pytest
 
 HTTP_FAULTS = (
-    "429 with Retry-After",
-    "429",
-    "500",
-    "dropped",
-    "dropped midway",
-    "stalled",
-    "truncated",
-    "malformed",
-    "a string",
-    "upstream",
-    "no content",
-)
+    "429 with Retry-After", "429", "500", "dropped", "dropped midway", "stalled", "truncated", "malformed", "a string",
+    "upstream", "no content",
+)  # fmt: skip
 """Faults of a provider: there is no reply."""
 
 REPLY_FAULTS = ("wrong schema", "empty")

@@ -4,7 +4,7 @@ import asyncio
 import base64
 from collections.abc import Mapping
 from contextlib import asynccontextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +13,6 @@ import pytest
 from builders import study_of
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.diary import Act, Agree, Answers, Attempt, read_diaries
@@ -31,12 +30,8 @@ GO_ON = Answers(answers=(), rt=1.0)
 
 def people_study(**settings) -> Study:
     """A small study that people play."""
-    defaults = {
-        "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1,
-        "trials": 4, "max_steps": 12, "seed": 7,
-    }  # fmt: skip
-    asked = {**defaults, **settings}
-    return study_of(boxes=(asked.pop("box"),), **asked)
+    usual = {"name": "flips", "agents": ("participant",), "repetitions": 1, "trials": 4, "max_steps": 12, "seed": 7}
+    return study_of(**usual | settings)
 
 
 def under(*specs: str, **settings) -> Study:
@@ -62,35 +57,19 @@ def parts(value):
     return Parts({name: parts(one) for name, one in value.items()}) if isinstance(value, dict) else value
 
 
-@dataclass(frozen=True)
-class Shown:
-    """What a page gets, and the token that its browser keeps."""
-
-    token: str
-    turn: int
-    scene: Parts
-    identity: str | None
-    progress: Mapping | None
-
-
 class Reception:
-    """The server without HTTP, as pages see it."""
+    """The server without HTTP, as pages see it: it is asked as the server is, and parts of its scenes have names."""
 
     def __init__(self, state: ServerState) -> None:
         self.state = state
         self.opened = state._opened
 
-    async def enter(self, token, platform) -> Shown:
-        return self._shown(await self.state.enter(token, platform))
+    def __getattr__(self, name: str):
+        async def asked(*given) -> Reply:
+            reply = await getattr(self.state, name)(*given)
+            return reply._replace(scene=parts(reply.scene))
 
-    async def act(self, token, turn, act, platform) -> Shown:
-        return self._shown(await self.state.act(token, turn, act, platform))
-
-    async def withdraw(self, token) -> Shown:
-        return self._shown(await self.state.withdraw(token))
-
-    def _shown(self, reply: Reply) -> Shown:
-        return Shown(reply.token, reply.turn, parts(reply.scene), reply.participant, reply.progress)
+        return asked
 
     @property
     def sessions(self):
@@ -128,7 +107,7 @@ class Player:
         self._past: tuple[Turn, ...] = ()
         self._streams = {}
 
-    async def act(self, shown: Shown) -> Act:
+    async def act(self, shown: Reply) -> Act:
         """What it does."""
         scene = shown.scene
         if scene.kind != "box":
@@ -144,7 +123,7 @@ class Player:
             assessment=self._study.assessment,
         )
         situation = Situation(task=task, past=self._past, percept=percept_of(scene.panel))
-        decision = await self._agent.decide(situation, self._stream(scene, shown.identity)(scene.step))
+        decision = await self._agent.decide(situation, self._stream(scene, shown.participant)(scene.step))
         self._past = (*self._past, Turn(percept=situation.percept, decision=decision))
         said = {"claimed": decision.claimed or "moved", "claimed_rt": 200.0} if scene.ask else {}
         return Attempt(joint=decision.joint, rt=412.5, **said)
@@ -188,7 +167,7 @@ def percept_of(panel: Parts) -> Percept:
     )  # fmt: skip
 
 
-async def go_on(reception: Reception, player: Player, shown: Shown, until=lambda shown: False) -> Shown:
+async def go_on(reception: Reception, player: Player, shown: Reply, until=lambda shown: False) -> Reply:
     """Act until the end, or until something is shown."""
     while shown.scene.kind not in ("debrief", "closed") and not until(shown):
         act = await player.act(shown)
@@ -206,10 +185,10 @@ def take_part(
     platform: Mapping[str, str] | None = None,
     until=lambda shown: False,
     clock=None,
-) -> list[Shown]:
+) -> list[Reply]:
     """So many people take part side by side, until the end or until something is shown; what they are shown last."""
 
-    async def one(reception: Reception) -> Shown:
+    async def one(reception: Reception) -> Reply:
         shown = await reception.enter(None, platform or {})
         act = Agree(agreed=True)
         if until(shown) or shown.scene.kind != "consent":
@@ -217,7 +196,7 @@ def take_part(
         shown = await reception.act(shown.token, shown.turn, act, platform or {})
         return await go_on(reception, Player(directory, study, spec), shown, until)
 
-    async def all_of_them() -> list[Shown]:
+    async def all_of_them() -> list[Reply]:
         async with opened(directory, study, experiment, clock=clock) as reception:
             return await asyncio.gather(*(one(reception) for _ in range(people)))
 
@@ -263,14 +242,14 @@ def sitting(directory: Path, study: Study, body, *, experiment: Experiment | Non
     return asyncio.run(played())
 
 
-async def to_first(kind: str, reception: Reception, shown: Shown) -> Shown:
+async def to_first(kind: str, reception: Reception, shown: Reply) -> Reply:
     """Go on, with any joint, to the first scene of a kind."""
     while shown.scene.kind != kind:
         shown = await reception.act(shown.token, shown.turn, an_act(shown.scene), {})
     return shown
 
 
-async def refused(reception: Reception, shown: Shown, act: Act) -> str:
+async def refused(reception: Reception, shown: Reply, act: Act) -> str:
     """The code with which an act is refused in the scene that is shown."""
     with pytest.raises(ActRefused) as refusal:
         await reception.act(shown.token, shown.turn, act, {})

@@ -4,8 +4,6 @@ import base64
 import contextlib
 import json
 import os
-import sqlite3
-import zlib
 from collections import Counter
 from typing import ClassVar
 from urllib.parse import quote
@@ -13,7 +11,7 @@ from urllib.parse import quote
 import pytest
 from placeholders import undrawn
 from provider_server import completion, failure, here, names, truthful
-from stored import records
+from stored import contents, records
 from typed import typed_here
 
 from lockprobe.foundation.errors import ModelFault, ReplyFault
@@ -54,24 +52,14 @@ def leaks(content):
 
 
 def everything(directory):
-    """Every file below a directory, and every value in a store."""
+    """Every file below a directory, and every row of a store, whose records are as they are read."""
     for path in directory.rglob("*"):
         if path.is_file():
-            yield str(path), (content := path.read_bytes())
-            if content.startswith(b"SQLite format 3"):
-                yield from values(path)
-
-
-def values(path):
-    """The values in a store, a record as it is read."""
-    with contextlib.closing(sqlite3.connect(path)) as db:
-        for (table,) in db.execute("select name from sqlite_master where type = 'table'").fetchall():
-            rows = db.execute(f"select * from {table}")
-            columns = [name for name, *_ in rows.description]
-            for number, row in enumerate(rows):
-                for column, value in zip(columns, row, strict=True):
-                    content = zlib.decompress(value) if column == "record" else str(value).encode()
-                    yield f"{path}!{table} {number} {column}", content
+            yield str(path), path.read_bytes()
+    for name, rows in contents(directory).items():
+        for number, row in enumerate(rows if isinstance(rows, list) else ()):
+            values = [one if isinstance(one, bytes) else str(one).encode() for one in row]
+            yield f"{name}!{row[0]} {number}", b" ".join(values)
 
 
 def repeating(echo):

@@ -13,9 +13,10 @@ from types import SimpleNamespace
 
 import forked
 import httpx2 as httpx
-from seated import Player, Shown, parts, people_study
+from seated import Player, parts, people_study
 
 from lockprobe.people.experiment import Experiment, read_words
+from lockprobe.people.server_state import Reply
 from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
 
@@ -84,7 +85,7 @@ class Visitor:
 
     @property
     def identity(self):
-        return self.seen[-1].identity
+        return self.seen[-1].participant
 
     async def post(self, path, body):
         """One request, made again while the server is gone or in trouble."""
@@ -121,7 +122,8 @@ class Visitor:
         assert self.turn == before.turn + 1 or self.scene.kind == "closed"
 
     def _take(self, reply):
-        shown = Shown("", reply["turn"], parts(reply["scene"]), reply["participant"], reply["progress"])
+        reply.pop("words", None)
+        shown = Reply("", **{**reply, "scene": parts(reply["scene"])})
         if self.seen and self.turn == shown.turn and shown.scene.kind != "closed":
             assert self.scene == shown.scene, "what was shown has changed"
         else:

@@ -34,8 +34,6 @@ def provider(monkeypatch):
         return answers[-1](request)
 
     with here(newest) as server:
-        monkeypatch.setenv("FAKE_BASE_URL", server.url)
-        monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
         yield server, answers.append
 
 

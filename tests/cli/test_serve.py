@@ -174,13 +174,13 @@ def test_no_byte_of_a_participant_stays(tmp_path):
         withdraw(tmp_path, "pid77")  # a server runs
     with pytest.raises(BadValue, match="the ID of one participant"):
         withdraw(tmp_path, "nobody")
-    token = diary_of(tmp_path, leaves.identity)[0].token
+    token = diary_of(tmp_path, leaves.participant)[0].token
     withdraw(tmp_path, "pid77")
     for path in (path for path in tmp_path.rglob("*") if path.is_file()):
-        assert leaves.identity not in path.name
-        assert not any(word.encode() in path.read_bytes() for word in (leaves.identity, token, "pid77"))
+        assert leaves.participant not in path.name
+        assert not any(word.encode() in path.read_bytes() for word in (leaves.participant, token, "pid77"))
     assert {path.name for path in (tmp_path / "pictures").iterdir()} == kept
-    assert [trial.agent for trial in load(tmp_path)] == [f"participant:{stays.identity}"]
+    assert [trial.agent for trial in load(tmp_path)] == [f"participant:{stays.participant}"]
     assert [timing.key for timing in timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
-    withdraw(tmp_path, stays.identity)
+    withdraw(tmp_path, stays.participant)
     assert (load(tmp_path), list((tmp_path / "pictures").iterdir()), withdrawn(tmp_path)) == ([], [], 2)

@@ -1,5 +1,7 @@
 """False reports: what flips and their kin invert, how often, and what becomes of it."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -92,8 +94,8 @@ def test_options_leave_out_some_of_the_same_steps():
 
 def test_after_a_missing_report_the_false_one_is_false_to_the_truth():
     outcomes = set()
-    for at in range(2, 9):
-        spec = f"flip?p=1&at={at} + drop?p=1&at={at - 1}"
+    for at, others in product(range(2, 9), ("fresh", "kept")):
+        spec = f"flip?p=1&at={at}&others={others} + drop?p=1&at={at - 1}"
         trial = run_trial(condition=spec, agent="round-robin", box="chain-7", modality="symbolic")
         told, after = trial.steps[at - 1], trial.steps[at]
         wrong = [
@@ -102,6 +104,12 @@ def test_after_a_missing_report_the_false_one_is_false_to_the_truth():
         assert (told.told_moved, wrong) == (not told.moved, [told.joint])
         outcomes.add(told.moved)
     assert outcomes == {True, False}
+
+
+def test_noise_of_all_joints_is_in_the_reports_that_can_be_false_alone():
+    noise = "flip?p=1&inverts=position&others=noisy&at=2;4"
+    trial = run_trial(agent="random", box="chain-8", condition=noise, max_steps=9, modality="symbolic")
+    assert told_errors(trial) == [[step in (2, 4)] * 8 for step in range(1, 9)]
 
 
 def test_each_joint_has_its_own_number_by_which_its_false_position_lasts():

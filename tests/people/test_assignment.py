@@ -11,14 +11,7 @@ from hypothesis import strategies as st
 from seated import people_study, short, under
 
 from lockprobe.boxes.solve import optimum
-from lockprobe.people.assignment import (
-    assigned,
-    boxes_each,
-    conditions_of,
-    practice_plan,
-    trials_for,
-    williams,
-)  # fmt: skip
+from lockprobe.people.assignment import assigned, boxes_each, conditions_of, practice_plan, trials_for, williams
 from lockprobe.people.diary import Diary, Did, Joined
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.options.studyfile import study as study_from
@@ -164,10 +157,7 @@ def persons(asked=None, experiment=None, p=(0, 0.4), people=80):
     planned = study_from(
         "flips", agent="participant", p=list(p), repetitions=1, trials=ceil(luck / len(planned.boxes)), **asked
     )
-    given = []
-    for person in range(people):
-        slots = assigned(planned, experiment, given)
-        given.append(diary_of(slots, slots))
+    for person, slots in enumerate(joining(planned, experiment, people)[0]):
         identity = f"{person:08x}"
         yield practice_plan(planned, experiment, identity).box, [slot.plan(planned, identity).box for slot in slots]
 
@@ -198,10 +188,8 @@ def test_nobody_plays_a_box_twice_and_boxes_are_balanced_over_conditions_and_pos
     experiment = Experiment(**how)
     trials = ceil(trials_for(people, len(p), 1, experiment) / 8)
     planned = study_from("flips", agent="participant", p=list(p), repetitions=1, trials=trials)
-    given, conditions, positions = [], Counter(), Counter()
-    for _ in range(people):
-        slots = assigned(planned, experiment, given)
-        given.append(diary_of(slots, slots))
+    conditions, positions = Counter(), Counter()
+    for slots in joining(planned, experiment, people)[0]:
         boxes = [planned.box_of(slot.trial).name for slot in slots]
         assert len({*boxes}) == len(boxes) == boxes_each(planned, experiment)
         conditions.update((slot.condition, box) for slot, box in zip(slots, boxes, strict=True))

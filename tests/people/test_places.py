@@ -80,7 +80,7 @@ def test_other_settings_are_refused_once_somebody_has_joined_but_for_those_of_pl
     with pytest.raises(SettingsChanged, match=next(iter(change))):
         begun(tmp_path)
     ends = {"completion_url": "https://example.org/done", "completion_code": "C2", "away_minutes": 2}
-    assert begun(tmp_path, experiment=short(**change, **ends, participants=2)).identity
+    assert begun(tmp_path, experiment=short(**change, **ends, participants=2)).participant
     assert json.loads((tmp_path / "people" / "experiment.json").read_text())["participants"] == 2
 
 
@@ -162,10 +162,10 @@ def _with_another_last_step(lines):
 def test_a_diary_that_disagrees_with_what_is_played_again_is_named(tmp_path, change):
     (shown,) = take_part(tmp_path, STUDY, short())
     forgotten(tmp_path)
-    lines = acts(tmp_path, shown.identity)
+    lines = acts(tmp_path, shown.participant)
     change(lines)
-    rewrite_acts(tmp_path, shown.identity, lines)
-    with pytest.raises(BadFile, match=f"study.db: participant {shown.identity}: step .* as it was shown before"):
+    rewrite_acts(tmp_path, shown.participant, lines)
+    with pytest.raises(BadFile, match=f"study.db: participant {shown.participant}: step .* as it was shown before"):
         begun(tmp_path)
 
 
@@ -226,11 +226,11 @@ def test_whose_place_was_given_away_does_not_go_on_in_the_same_tab_or_later_or_w
                 assert (await reception.enter(None, {})).scene.why == "full"
                 clock.now += 2 * HOURS
                 new = await to_first("box", reception, await reception.enter(None, {}))
-                assert len(diary_of(tmp_path, new.identity)[0].slots) == 1
+                assert len(diary_of(tmp_path, new.participant)[0].slots) == 1
                 assert await refused(reception, tab, an_act(tab.scene)) == "stale"
             again = await reception.enter(left.token, {})
             assert again.scene.why == "late"
-            assert again.identity
+            assert again.participant
             return free(reception)
 
     for experiment in (short(), short(away_minutes=100_000)):

@@ -27,7 +27,6 @@ from seated import (
 )
 from stored import acts, records, timings
 
-from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Agree, Answers, Attempt
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import ActRefused
@@ -82,9 +81,9 @@ def test_a_strategy_at_the_page_plays_as_without_it_under_any_condition(tmp_path
 def test_a_record_says_on_what_it_was_played_how_long_it_took_and_nothing_of_who(tmp_path):
     platform = {"PROLIFIC_PID": "xyz", "STUDY_ID": "x", "email": "ann@example.org"}
     (shown,) = take_part(tmp_path, people_study(), short(), platform=platform)
-    trials, (joined, *lines) = load(tmp_path), diary_of(tmp_path, shown.identity)
+    trials, (joined, *lines) = load(tmp_path), diary_of(tmp_path, shown.participant)
     assert shown.progress == {"share": 1.0, "done": 2, "of": 2}
-    assert {trial.agent for trial in trials} == {f"participant:{shown.identity}"}
+    assert {trial.agent for trial in trials} == {f"participant:{shown.participant}"}
     assert [trial.facts["position"] for trial in trials] == [1, 2]
     assert dict(trials[0].facts) == {
         "view": "panel", "words": joined.words, "page": "1", "position": 1, "history": True, "feedback": False,
@@ -159,7 +158,7 @@ def test_an_answer_is_one_of_the_options_or_words_and_is_kept_as_it_is(tmp_path)
 
     shown = sitting(tmp_path, STUDY, answers, experiment=short(**ASKING))
     assert shown.scene.kind == "debrief"
-    lines = diary_of(tmp_path, shown.identity)[1:]
+    lines = diary_of(tmp_path, shown.participant)[1:]
     said = [(line.item, *line.act.answers, line.right) for line in lines if line.scene in ("check", "ask")]
     assert said == [("1", "red", False), ("how", text, None), ("age", "old", None), ("why", "because", None)]
     assert not any("<script>" in str(record) for record in records(tmp_path))
@@ -184,7 +183,7 @@ def test_wrong_answers_on_the_instructions_lead_back_to_them_until_they_are_righ
 
     shown = sitting(tmp_path, STUDY, answers, experiment=Experiment())
     assert (shown.scene.practice, shown.scene.number, len(shown.scene.panel.joints)) == (True, 0, 4)
-    rounds = [did for did in diary_of(tmp_path, shown.identity)[1:] if did.scene == "comprehension"]
+    rounds = [did for did in diary_of(tmp_path, shown.participant)[1:] if did.scene == "comprehension"]
     assert [(did.item, did.right) for did in rounds] == [("1", False), ("2", False), ("3", True)]
 
 
@@ -210,10 +209,10 @@ def test_who_comes_back_in_another_browser_reads_their_code_again_and_no_more(tm
             return shown, await reception.enter(shown.token, ids), await reception.enter(None, ids), agrees
 
     shown, reloaded, elsewhere, agrees = asyncio.run(comes_back())
-    assert (reloaded.scene, reloaded.identity) == (shown.scene, shown.identity)
+    assert (reloaded.scene, reloaded.participant) == (shown.scene, shown.participant)
     assert (elsewhere.scene.why, elsewhere.scene.code) == scene
     assert agrees.scene == elsewhere.scene
-    assert (elsewhere.identity, elsewhere.progress) == (None, None)
+    assert (elsewhere.participant, elsewhere.progress) == (None, None)
 
 
 def test_a_step_is_on_disk_when_it_is_shown_and_says_what_the_last_one_did_where_that_is_asked(tmp_path):
@@ -225,7 +224,7 @@ def test_a_step_is_on_disk_when_it_is_shown_and_says_what_the_last_one_did_where
         assert await refused(reception, shown, Attempt(joint=label, rt=1.0, claimed_rt=1.0)) == "impossible"
         act = Attempt(joint=label, rt=1234.5, pointer="pen", viewport=(640, 480))
         shown = await reception.act(shown.token, shown.turn, act, {})
-        line = acts(tmp_path, shown.identity)[-1]
+        line = acts(tmp_path, shown.participant)[-1]
         assert line["act"] == Attempt(joint=label, rt=1234.5).model_dump()
         assert (line["box"], line["step"], line["turn"], line["ended"]) == (1, 1, shown.turn - 1, None)
         assert line["told"].startswith(f"You attempted {label}.")
@@ -237,26 +236,6 @@ def test_a_step_is_on_disk_when_it_is_shown_and_says_what_the_last_one_did_where
         return await reception.act(shown.token, shown.turn, claimed, {})
 
     assert sitting(tmp_path, STUDY, first_steps, experiment=short(device=False)).scene.step == 3
-
-
-def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, monkeypatch):
-    def fails(journal, trial, timing):
-        raise BadFile(tmp_path, "cannot be written")
-
-    async def full_disk(reception, shown):
-        player = Player(tmp_path, STUDY, "round-robin")
-        with monkeypatch.context() as patched:
-            patched.setattr("lockprobe.studies.records.journal.Journal.append", fails)
-            with pytest.raises(BadFile):
-                await go_on(reception, player, shown)
-        assert load(tmp_path) == []
-        shown = await reception.enter(shown.token, {})
-        assert shown.scene.kind == "over"
-        assert len(load(tmp_path)) == 1
-        await go_on(reception, player, shown)
-
-    sitting(tmp_path, STUDY, full_disk)
-    assert len(load(tmp_path)) == len(records(tmp_path)) == 2
 
 
 @pytest.fixture
@@ -295,7 +274,7 @@ def test_a_box_that_breaks_is_no_failure_and_the_next_one_comes(tmp_path, plant)
     shown = sitting(tmp_path, STUDY, breaks)
     first, second = load(tmp_path)
     assert (first.ending, first.error.boundary, len(first.steps), first.owed_again) == ("error", "plant", 2, True)
-    ended = [line.ended for line in diary_of(tmp_path, shown.identity)[1:] if line.ended]
+    ended = [line.ended for line in diary_of(tmp_path, shown.participant)[1:] if line.ended]
     assert ended == ["error", second.ending]
 
 
@@ -316,7 +295,7 @@ def test_a_box_that_cannot_be_shown_is_passed_over_and_a_page_that_shows_it_has_
 
     shown = sitting(tmp_path, STUDY, dark)
     assert [trial.ending == "error" for trial in load(tmp_path)] == [True, False]
-    lines = diary_of(tmp_path, shown.identity)[1:]
+    lines = diary_of(tmp_path, shown.participant)[1:]
     assert [line.box for line in lines if line.act is None] == [1]
     assert [line.turn for line in lines] == list(range(2, 2 + len(lines)))
 

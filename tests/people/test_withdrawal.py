@@ -53,16 +53,16 @@ def in_the_second_box(shown):
 def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path):
     last = take_part(tmp_path, STUDY, short(), people=2)
     (left,) = take_part(tmp_path, STUDY, short(), platform={"PROLIFIC_PID": "platformname"}, until=in_the_second_box)
-    of = pieces(tmp_path, left.identity)
-    token = diary_of(tmp_path, left.identity)[0].token
+    of = pieces(tmp_path, left.participant)
+    token = diary_of(tmp_path, left.participant)[0].token
     assert left_of(tmp_path, of) == of
-    kept = [trial for trial in load(tmp_path) if left.identity not in trial.agent]
+    kept = [trial for trial in load(tmp_path) if left.participant not in trial.agent]
 
     async def withdraws():
         async with opened(tmp_path, STUDY, short()) as reception:
             shown = await reception.enter(left.token, {})
             shown = await reception.withdraw(shown.token)
-            assert (shown.scene.why, shown.identity) == ("withdrawn", None)
+            assert (shown.scene.why, shown.participant) == ("withdrawn", None)
             again = await reception.withdraw(shown.token)  # its reply was lost
             assert again.scene == shown.scene
             with pytest.raises(ActRefused) as refusal:
@@ -71,18 +71,18 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
             assert (withdrawn(tmp_path), len(read_diaries(tmp_path)), free(reception)) == (1, 2, [2, 2])
             assert left_of(tmp_path, of | {token.encode(), b"platformname"}) == set()
             assert load(tmp_path) == kept
-            assert {diary.identity for diary in read_diaries(tmp_path)} == {one.identity for one in last}
+            assert {diary.identity for diary in read_diaries(tmp_path)} == {one.participant for one in last}
             shown = await reception.enter(left.token, {})
             assert shown.scene.kind == "consent"
             shown = await reception.act(shown.token, 1, Agree(agreed=True), {})
-            assert shown.identity != left.identity
+            assert shown.participant != left.participant
             await go_on(reception, Player(tmp_path, STUDY, "random"), shown)
 
     asyncio.run(withdraws())
     assert load(tmp_path)[: len(kept)] == kept
     assert len(load(tmp_path)) == len(kept) + 2
     assert [timing.key for timing in timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
-    assert left_of(tmp_path, {left.identity.encode(), b"platformname"}) == set()
+    assert left_of(tmp_path, {left.participant.encode(), b"platformname"}) == set()
 
 
 @pytest.mark.parametrize("by", ["the page", "the experimenter"])
@@ -100,7 +100,7 @@ def test_who_has_withdrawn_cannot_begin_again_under_the_same_platform_id(tmp_pat
                 shown = await reception.enter(None, {"PROLIFIC_PID": who})
                 assert shown.scene.kind == kind
                 shown = await reception.act(shown.token, 1, Agree(agreed=True), {"PROLIFIC_PID": who})
-                assert (shown.identity is None) == (who == "zq7name")
+                assert (shown.participant is None) == (who == "zq7name")
             assert withdrawn(tmp_path) == 1
 
     asyncio.run(comes_back())
@@ -116,7 +116,7 @@ def played(tmp_path_factory):
     shutil.copy(copy / STORE, copy / f"{STORE}.rescued")
     with Journal.open(copy, STUDY) as journal:
         began = time.perf_counter()
-        withdraw(journal, shown[0].identity)
+        withdraw(journal, shown[0].participant)
         return directory, shown, time.perf_counter() - began
 
 
@@ -149,8 +149,8 @@ def test_after_a_kill_a_withdrawal_is_done_or_not_and_what_is_done_is_finished_a
     shutil.copytree(directory, tmp_path, dirs_exist_ok=True)
     if rescued:
         shutil.copy(tmp_path / STORE, tmp_path / f"{STORE}.rescued")
-    of = pieces(tmp_path, left.identity)
-    killed = withdraws_and_is_killed(tmp_path, left.identity, None if moment is None else seconds * moment / MOMENTS)
+    of = pieces(tmp_path, left.participant)
+    killed = withdraws_and_is_killed(tmp_path, left.participant, None if moment is None else seconds * moment / MOMENTS)
     if moment is None:
         assert killed
         assert left_of(tmp_path, of)
@@ -159,17 +159,17 @@ def test_after_a_kill_a_withdrawal_is_done_or_not_and_what_is_done_is_finished_a
         assert (withdrawn(tmp_path), people, len(load(tmp_path)), len(journal.trials)) in ((0, 2, 4, 4), (1, 1, 2, 2))
         if withdrawn(tmp_path):
             assert left_of(tmp_path, of) == set()
-        withdraw(journal, left.identity)
+        withdraw(journal, left.participant)
         assert left_of(tmp_path, of) == set()
     assert left_of(tmp_path, of) == set()
-    assert (withdrawn(tmp_path), {trial.agent for trial in load(tmp_path)}) == (1, {f"participant:{stays.identity}"})
+    assert (withdrawn(tmp_path), {trial.agent for trial in load(tmp_path)}) == (1, {f"participant:{stays.participant}"})
     assert not [path.name for path in tmp_path.iterdir() if path.name.endswith(("-wal", "-shm", "-journal"))]
 
 
 def test_where_it_could_not_be_erased_nobody_is_told_that_it_was_and_nobody_comes_back(tmp_path, monkeypatch):
     monkeypatch.setattr("lockprobe.foundation.storage.database._WAIT", 0.05)
     left, stays = take_part(tmp_path, STUDY, short(), people=2)
-    of = pieces(tmp_path, left.identity)
+    of = pieces(tmp_path, left.participant)
 
     async def withdraws():
         async with opened(tmp_path, STUDY, short()) as reception:
@@ -182,7 +182,7 @@ def test_where_it_could_not_be_erased_nobody_is_told_that_it_was_and_nobody_come
                         await reception.withdraw(shown.token)
                     with pytest.raises(ActRefused):
                         await reception.act(shown.token, shown.turn, GO_ON, {})
-                assert [diary.identity for diary in read_diaries(tmp_path)] == [stays.identity]
+                assert [diary.identity for diary in read_diaries(tmp_path)] == [stays.participant]
                 assert left_of(tmp_path, of)
             other = await reception.enter(stays.token, {})
             await reception.withdraw(other.token)  # takes them along

@@ -61,10 +61,8 @@ class Session:
     @property
     def progress(self) -> dict[str, float] | None:
         """The share of the scenes that lie behind the participant, [0, 1], and boxes done of theirs; None once late."""
-        if self.diary.late:
-            return None
-        share = round(self.diary.place / (len(self._way) - 1), 3)
-        return {"share": share, "done": len(self.diary.endings.keys() - {0}), "of": len(self.diary.joined.slots)}
+        share, done = self.diary.place / (len(self._way) - 1), len(self.diary.endings.keys() - {0})
+        return None if self.diary.late else {"share": share, "done": done, "of": len(self.diary.joined.slots)}
 
     async def show(self) -> Scene:
         """The scene that the participant is in."""
