@@ -2,6 +2,8 @@
 
 from lockprobe.trial.record import Snapshot
 
+Steps = tuple[int, ...]
+
 
 class Hand:
     """The rules of chain-4, except at some attempts, from 1: ``misses`` move nothing, ``forces`` move the joint.
@@ -11,16 +13,7 @@ class Hand:
 
     facts: dict[str, str] = {}  # noqa: RUF012
 
-    def __init__(
-        self,
-        *,
-        box,
-        labels,
-        rng,
-        misses: tuple[int, ...] = (),
-        forces: tuple[int, ...] = (),
-        knocks: tuple[int, ...] = (),
-    ):
+    def __init__(self, *, box, labels, rng, misses: Steps = (), forces: Steps = (), knocks: Steps = ()):
         self._box, self._now, self._count = box, box.initial, 0
         self._misses, self._forces, self._knocks = misses, forces, knocks
 

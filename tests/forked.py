@@ -78,17 +78,13 @@ class Forked:
             if stream in (subprocess.PIPE, subprocess.DEVNULL):
                 os.close(number)
 
-    @property
-    def returncode(self):
-        return self._process.exitcode
-
     def poll(self):
         return self._process.exitcode
 
     def wait(self, timeout=None):
         self._process.join(timeout)
-        assert self.returncode is not None, f"it has not ended within {timeout} s"
-        return self.returncode
+        assert self.poll() is not None, f"it has not ended within {timeout} s"
+        return self.poll()
 
     def communicate(self, timeout=None):
         """What it says from now on; no more than fits into a pipe."""

@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 from lockprobe_robot import plants
-from lockprobe_robot.twin_settings import SceneSettings
 from seen import PhotographedPlant
 
-from lockprobe.boxes.box import Lockbox
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Snapshot
 
@@ -19,9 +17,7 @@ class PaintedPlant(PhotographedPlant):
 
     made: list[PaintedPlant] = []  # noqa: RUF012 - of all that were made, for tests
 
-    def __init__(
-        self, box: Lockbox, labels: tuple[str, ...], settings: SceneSettings, rng: np.random.Generator
-    ) -> None:
+    def __init__(self, box, labels, settings, rng):
         super().__init__(box)
         self.facts = {"engine": "paint"}
         self._settings = settings

@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from lockprobe.foundation.storage.database import Database
 from lockprobe.studies.costs.call_log import Calls
@@ -27,17 +27,9 @@ def sql(directory: Path, statement: str, *values: object) -> list[Any]:
     return [row[0] if len(row) == 1 else row for row in rows]
 
 
-class Timing(NamedTuple):
-    """How long a trial took, as its row says it."""
-
-    key: str
-    seconds: float
-    steps: int
-
-
-def timings(directory: Path) -> list[Timing]:
-    """How long the trials that count took."""
-    return [Timing(*one) for one in sql(directory, "select key, seconds, steps from trial where current order by id")]
+def timings(directory: Path, column: str = "seconds") -> list[Any]:
+    """Of the trials that count, how long each took, or another column of its row: ``key`` or ``steps``."""
+    return sql(directory, f"select {column} from trial where current order by id")
 
 
 def records(directory: Path) -> list[dict[str, Any]]:

@@ -112,15 +112,11 @@ def test_who_withdraws_leaves_a_hole_that_is_filled_first_and_another_seed_gives
     assert len({tuple(slot.condition for slot in slots) for slots in first}) > 6
 
 
-def leaves_early(number, slots):
-    return slots[:1] if number % 2 else slots
-
-
 @pytest.mark.parametrize(
     "leave",
     [
         lambda number, slots: slots[:1],
-        leaves_early,
+        lambda number, slots: slots[:1] if number % 2 else slots,
         lambda number, slots: tuple(slot for slot in slots if slot.condition != "flip?p=0.4 + nudge"),  # always breaks
     ],
 )

@@ -107,11 +107,7 @@ def test_who_answered_wrong_reads_which_question_it_was():
 
 def test_every_way_of_being_closed_has_its_text_and_way_back():
     ends = {"left_url": "https://example.org/no", "left_code": "LEFT", "completion_code": "C1"}
-    codes = {
-        **dict.fromkeys(("declined", "full", "late", "withdrawn"), "LEFT"),
-        "taken": "",
-        "finished": "C1",
-    }
+    codes = {**dict.fromkeys(("declined", "full", "late", "withdrawn"), "LEFT"), "taken": "", "finished": "C1"}
     assert {why: closed(why, **ends).code for why in WORDS.closed} == codes
     assert len({closed(why).title for why in codes}) == len(codes)
     end = scene("debrief", **QUESTIONS)

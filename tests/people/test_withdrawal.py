@@ -81,7 +81,7 @@ def test_who_withdraws_leaves_no_trace_but_the_count_and_is_a_stranger(tmp_path)
     asyncio.run(withdraws())
     assert load(tmp_path)[: len(kept)] == kept
     assert len(load(tmp_path)) == len(kept) + 2
-    assert [timing.key for timing in timings(tmp_path)] == [trial.key for trial in load(tmp_path)]
+    assert timings(tmp_path, "key") == [trial.key for trial in load(tmp_path)]
     assert left_of(tmp_path, {left.participant.encode(), b"platformname"}) == set()
 
 

@@ -1,19 +1,29 @@
 """A camera in front of a box: positions are read rightly or not at all, and what a picture shows is the truth."""
 
 import itertools
+import re
+import runpy
+import threading
+from pathlib import Path
+from queue import Queue
 
 import numpy as np
 import pytest
 from drawn_board import HANDLES, board
 from hardware.fakes import image_handles
+from lockprobe_robot.hardware import sight
 from lockprobe_robot.hardware.sight import CameraSight, FolderCamera, Shot, read_handles
 from PIL import Image
 from plants.person import Person, handles_text
+from typed import in_process
 
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, PlantFault
-from lockprobe.plants.manual import Manual
+from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.manual import ENTER, Manual
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant
 
 FIVE = box("random-5-3")
@@ -129,3 +139,72 @@ def test_a_wrong_start_and_a_picture_that_shows_nothing_are_said_and_asked_again
     after = plant.attempt(0).configuration
     did = "moved" if after[0] else "did not move"
     assert person.told[-1] == f"The picture shows {bits(after)}: C ({FIVE.names[0]}) {did}."
+
+
+def test_a_folder_whose_name_has_to_be_encoded_is_a_plant_and_its_panel_is_never_shuffled(tmp_path, monkeypatch):
+    (made := tmp_path / "A&B 100%+").mkdir()
+    (made / "handles.toml").write_text(handles_text(FIVE), "utf-8")
+    monkeypatch.setattr(sight, "TerminalOperator", lambda: Person(FIVE, folder=made))
+    asked = {
+        "agent": "viewer",
+        "box": FIVE.name,
+        "modality": "rgb",
+        "plant": f"manual?camera={tmp_path}/A%26B 100%25%2B",
+    }
+    resolve_plant(study("flips", shuffle="never", **asked).plant).check(FIVE)
+    with pytest.raises(BadValue, match="^shuffle: got 'trial', expected never with pictures of a real box"):
+        study("flips", shuffle="trial", **asked)
+
+
+def test_a_folder_without_places_of_handles_is_refused_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadFile, match="^shots/handles.toml: no such file; it says where pictures show the handles.*$"):
+        in_process("run", "flips", "--agent", "random", "--plant", "manual?camera=shots")
+    assert list(tmp_path.iterdir()) == []
+
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "twin_camera.py"
+NAMED = re.compile(r"Move joint \w \(([\w-]+)\)")
+
+
+class Rehearsing:
+    """Answers Lockprobe, after typing into the example the joint that Lockprobe names."""
+
+    def __init__(self, type_in):
+        self.type_in = type_in
+
+    def ask(self, question, answers):
+        assert answers == (ENTER,)
+        named = NAMED.search(question)
+        self.type_in(named[1] if named else "")
+        return ENTER
+
+    def tell(self, line):
+        assert line.startswith(("New trial of chain-4.", "The picture shows "))
+
+
+def test_a_rehearsal_is_played_on_the_twins_pictures_that_the_example_takes(tmp_path, monkeypatch):
+    photograph = runpy.run_path(str(EXAMPLE))["photograph"]
+    typed, taken = Queue(), Queue()
+
+    def ask(question):
+        taken.put(question)
+        return typed.get(timeout=60)
+
+    camera = threading.Thread(target=photograph, args=(tmp_path, box("chain-4"), ask), daemon=True)
+    camera.start()
+    taken.get(timeout=60)
+
+    def type_in(words):
+        typed.put(words)
+        taken.get(timeout=60)
+
+    monkeypatch.setattr(sight, "TerminalOperator", lambda: Rehearsing(type_in))
+    short = {"agent": "human-inspired", "seed": 2, "max_steps": 2}
+    by_hand = run_trial(plant=f"manual?camera={tmp_path}", **short)
+    by_rules = run_trial(**short)
+    typed.put("q")
+    camera.join(timeout=60)
+    assert not camera.is_alive()
+    assert [(step.joint, step.moved) for step in by_hand.steps] == [(step.joint, step.moved) for step in by_rules.steps]
+    assert {step.sensed["truth"] for step in by_hand.steps} == {"camera"}

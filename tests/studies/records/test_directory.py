@@ -200,7 +200,7 @@ def test_who_withdraws_is_gone_and_what_others_played_of_the_same_trial_counts(t
         if gone == BOB:  # while the server runs: the records that broke before count again, and somebody plays on
             journal.append(trial("participant:eeee", 1), 8.0)
             journal.delete_participant("participant:eeee")
-    assert [timing.seconds for timing in timings(tmp_path)] == seconds
+    assert timings(tmp_path) == seconds
     assert gone not in {one.agent for one in (*load(tmp_path), *replaced_records(tmp_path))}
     assert gone.encode() not in b"".join(map(zlib.decompress, sql(tmp_path, "select record from trial")))
     with Journal.open(tmp_path, INVITING) as journal:
