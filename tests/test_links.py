@@ -61,9 +61,7 @@ def played(tmp_path_factory):
 
 
 def snapshot(path):
-    if path.is_file():
-        return path.read_bytes()
-    return {str(one): one.read_bytes() if one.is_file() else "" for one in sorted(path.rglob("*"))}
+    return {str(one): one.is_file() and one.read_bytes() for one in (path, *path.rglob("*"))}
 
 
 @pytest.mark.parametrize("command", WRITE)

@@ -4,7 +4,6 @@ A visitor sends an act again until that has counted, as the page does when the n
 """
 
 import asyncio
-import hashlib
 import json
 import random
 import subprocess
@@ -147,12 +146,6 @@ class Visitor:
         await self.open()
         while self.scene.kind != "box" or self.scene.step < step:
             await self.do()
-
-
-def written(directory):
-    """Every byte of a directory but the locks of readers."""
-    files = sorted(path for path in directory.rglob("*") if path.is_file() and path.name != "study.db-shm")
-    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def logged(caplog):

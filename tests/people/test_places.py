@@ -30,6 +30,7 @@ from stored import acts, rewrite_acts, sql
 from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment, read_words
+from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.runner import run_study
@@ -166,6 +167,17 @@ def test_a_diary_that_disagrees_with_what_is_played_again_is_named(tmp_path, cha
     change(lines)
     rewrite_acts(tmp_path, shown.participant, lines)
     with pytest.raises(BadFile, match=f"study.db: participant {shown.participant}: step .* as it was shown before"):
+        begun(tmp_path)
+
+
+def test_what_was_finished_is_not_recorded_as_its_replay_if_that_breaks(tmp_path, monkeypatch):
+    def stuck(plant, joint):
+        raise OSError("stuck")
+
+    take_part(tmp_path, STUDY, short())
+    forgotten(tmp_path)
+    monkeypatch.setattr(SymbolicPlant, "attempt", stuck)
+    with pytest.raises(BadFile, match="the replay of box 2 ends differently from the play"):
         begun(tmp_path)
 
 

@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 import httpx2 as httpx
 import pytest
 from seated import as_played, without_page
-from stored import acts
-from visitor import STUDY, experiment, logged, served, visiting, written
+from stored import acts, contents
+from visitor import STUDY, experiment, logged, served, visiting
 
 from lockprobe import load
 from lockprobe.boxes.families import box
@@ -57,11 +57,11 @@ async def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads
 
 async def test_nothing_is_written_before_consent_and_nothing_of_who_declines(tmp_path):
     async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
-        before = written(tmp_path)
+        before = contents(tmp_path)
         await one.open()
         await one.act(kind="agree", agreed=False)
         assert (one.scene.kind, one.scene.why) == ("closed", "declined")
-        assert written(tmp_path) == before
+        assert contents(tmp_path) == before
         assert not one.http.cookies
 
 
@@ -70,7 +70,7 @@ async def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
     async with served(tmp_path, people=experiment(require_id=True, practice="chain-2")) as place:
         async with visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
             await one.to_the_box()
-        before = written(tmp_path)
+        before = contents(tmp_path)
         for withdraws in (False, True):
             async with visiting(place, platform={"preview": place.preview}) as looks:
                 await looks.play(until=("over",) if withdraws else ("debrief", "closed"))
@@ -80,7 +80,7 @@ async def test_a_preview_shows_all_takes_no_place_and_leaves_nothing(tmp_path):
                     assert answer.json()["scene"]["why"] == "withdrawn"
                 else:
                     assert looks.scene.kind == "debrief"
-        assert written(tmp_path) == before
+        assert contents(tmp_path) == before
         for platform in ({"preview": "0" * 16}, {}):
             answer = await place.http.post("/api/open", json={"platform": platform})
             assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
@@ -176,7 +176,7 @@ async def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_c
     async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
         await other.to_the_box()
         await one.to_the_box(2)
-        before, _ = written(tmp_path), logged(caplog)
+        before, _ = contents(tmp_path), logged(caplog)
         token = one.http.cookies["lockprobe"]
         values = {
             b'"TURN"': str(one.turn), b'"LAST"': str(one.turn - 1),
@@ -195,7 +195,7 @@ async def test_what_cannot_be_done_is_refused_logged_without_what_was_sent_and_c
             assert "access-control-allow-origin" not in answer.headers
             assert path != "/api/open" or answer.json()["words"]["page"] == read_words("en").page
             assert "set-cookie" not in answer.headers, what
-        assert written(tmp_path) == before
+        assert contents(tmp_path) == before
         why = " PROLIFIC_PID in the URL is not a value of a recruitment platform"
         lines = [(f"{status} {code} POST {path}", code == "incomplete") for path, _, _, (status, code) in REQUESTS]
         assert logged(caplog) == [line + why * incomplete for line, incomplete in lines]
@@ -274,7 +274,7 @@ async def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, 
             yield b"x" * 1000
 
     async with served(tmp_path) as place:
-        before = written(tmp_path)
+        before = contents(tmp_path)
         for path in PATHS:
             answer = await raw(place.url, b"GET " + path + b" HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\n\r\n")
             head, _, body = answer.partition(b"\r\n\r\n")
@@ -290,7 +290,7 @@ async def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, 
                 assert (
                     await place.http.post("/api/open", content=content, headers={"content-type": "application/json"})
                 ).status_code in (400, 413)
-        assert written(tmp_path) == before
+        assert contents(tmp_path) == before
     lines = logged(caplog)
     assert len(lines) >= len(PATHS) + 2  # what is no HTTP reaches no application
     assert all(line.isprintable() and len(line) < 200 for line in lines)

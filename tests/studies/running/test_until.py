@@ -54,6 +54,7 @@ def test_a_condition_that_is_decided_is_dropped_and_the_luck_of_the_others_stays
     bought = Counter(trial.condition for trial in stopped.values())
     assert bought["tremble?p=1"] < bought["tremble?p=0.1"] == bought["truth"] < 40
     assert {key: every[key] for key in stopped} == stopped
+    assert len(due(STUDY, AGENT, [])) == 3 * 5  # looks come after five blocks
 
 
 @pytest.mark.parametrize("seed", range(2))
