@@ -13,6 +13,7 @@ import reprlib
 from bisect import bisect_right
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
+from functools import cached_property, lru_cache
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, final
 
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     import numpy as np
 
 Memory = TypeVar("Memory", bound=Hashable)
+
+_MOST = 1024
+"""Memories whose probabilities a policy caches, and views and reports that all policies share."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +66,9 @@ class Told:
         return "moved" if self.moved else "blocked"
 
 
+_view, _told = lru_cache(maxsize=_MOST)(View), lru_cache(maxsize=_MOST)(Told)  # which recur in many trials
+
+
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
     """A percept in numbers; None if it reports on no joint.
 
@@ -78,7 +85,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
             shifted = sum([1 << j for j, now in enumerate(positions) if now != start[j]])
-    return Told(
+    return _told(
         joint=task.joints.index(percept.joint),
         moved=outcome == "moved",
         shifted=shifted,
@@ -130,8 +137,9 @@ class Recall(NamedTuple, Generic[Memory]):
 class Policy(Generic[Memory]):
     """A rule with a memory. As an :class:`lockprobe.trial.protocols.Agent` it recomputes its memory from the situation.
 
-    It caches its last recall, so that no report is read twice within a trial. That is used only if the situation
-    continues the cached one, so it never changes a decision.
+    It caches its last recall, so that no report is read twice within a trial, and its probabilities by memory, which
+    trials share. A cache is used only if the situation continues the cached one, or the memory is the same, so it never
+    changes a decision.
 
     Attributes:
         before: Its memory before the first step, where that does not depend on the task.
@@ -186,13 +194,22 @@ class Policy(Generic[Memory]):
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint from all reports so far."""
-        known = self.recall(situation)
-        chances = self.chances(known.view, known.memory)
+        known, cached = self.recall(situation), self._cached
+        if (found := cached.get(about := (known.view, known.memory))) is None:
+            chances = self.chances(*about)
+            if self.exact or len(cached) >= _MOST:  # the memories of exact ones are large, and no two trials have one
+                cached.clear()
+            found = cached[about] = chances, running_sums(chances)
+        chances, sums = found
         return Decision(
-            joint=situation.task.joints[draw(chances, rng.random())],
+            joint=situation.task.joints[bisect_right(sums, rng.random())],
             claimed=None if known.told is None else self.claim(known.memory, known.told),
             probabilities=chances if self.exact else None,
         )
+
+    @cached_property
+    def _cached(self) -> dict[tuple[View, Memory], tuple[tuple[float, ...], list[float]]]:
+        return {}
 
     def recall(self, situation: Situation) -> Recall[Memory]:
         """The memory after all reports so far. If the last recall was one step earlier, only the newest is added."""
@@ -203,9 +220,10 @@ class Policy(Generic[Memory]):
         if known is not None and past and known.asked == (task, past[:-1], past[-1].percept, past[-1].remark):
             view, memory, heard = known.view, known.memory, len(past)
         else:
-            view = View(joints=len(task.joints), target=task.joints.index(task.target), places=task.places)
+            panel = task.places if self.heeds_panel else ()
+            view = _view(joints=len(task.joints), target=task.joints.index(task.target), places=panel)
             memory, heard = self.begin(view), 0
-        reports = [*((turn.percept, turn.remark) for turn in past[heard:]), (percept, remark)]
+        reports = [*[(turn.percept, turn.remark) for turn in past[heard:]], (percept, remark)]
         for step, (report, said) in enumerate(reports, start=heard):
             told = tell(task, report, past[:step], said)
             if told is not None:

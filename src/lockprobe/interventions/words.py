@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -70,16 +71,8 @@ class TextChannel:
         """The text of what is told; the ``first`` report of a trial may also say where joints lie."""
         rows = rows_of(task) if self.places and first else []
         if self.form == "words":
-            sentences = []
-            if joint is not None and outcome is not None:
-                sentences.append(f"{joint} {in_words(outcome)}.")
-            elif joint is not None and positions is not None and self.tell == "state":
-                sentences.append(f"You attempted {joint}.")
-            if positions is not None:
-                sentences.append(f"At 1: {', '.join(compress(task.joints, positions)) or 'none'}.")
-            if rows:
-                sentences += places_said(task, rows)
-            return " ".join(sentences)
+            attempted = joint if outcome is not None or (positions is not None and self.tell == "state") else None
+            return " ".join([*_sentences(attempted, outcome, positions, task.joints), *places_said(task, rows)])
         said: dict[str, object] = {}
         if joint is not None and (outcome, positions) != (None, None):
             said |= {"attempted": joint} | ({} if outcome is None else {"moved": outcome == "moved"})
@@ -96,6 +89,13 @@ class TextChannel:
         positions = None if self.tell == "outcome" else percept.positions
         corrects = None if percept.corrects is None else self.shown(percept.corrects)
         return percept.joint, outcome, positions, corrects, percept.pictures
+
+
+@lru_cache(maxsize=1 << 14)
+def _sentences(joint: str | None, outcome: Outcome | None, positions: Positions, joints: tuple[str, ...]) -> list[str]:
+    """What is told of an attempt and of positions, which many trials share; nothing of an attempt without a joint."""
+    said = [] if joint is None else [f"You attempted {joint}." if outcome is None else f"{joint} {in_words(outcome)}."]
+    return said if positions is None else [*said, f"At 1: {', '.join(compress(joints, positions)) or 'none'}."]
 
 
 def rows_of(task: Task) -> list[list[str]]:

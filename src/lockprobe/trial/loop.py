@@ -7,7 +7,6 @@ into what is *done*; the plant acts; channels decide what is *told*.
 from __future__ import annotations
 
 import asyncio
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -141,14 +140,15 @@ async def play(
     ending: Ending = "budget"
     fault: TrialFault | None = None
     try:
-        await loop.look()
-        for _ in range(plan.budget):
-            step = await loop.step()
-            if on_step is not None:
-                on_step(step)
-            if step.moved and step.joint == plan.box.target:
-                ending = "solved"
-                break
+        with loop:
+            await loop.look()
+            for _ in range(plan.budget):
+                step = await loop.step()
+                if on_step is not None:
+                    on_step(step)
+                if step.moved and step.joint == plan.box.target:
+                    ending = "solved"
+                    break
     except TrialFault as broke:
         ending, fault = "error", broke
     facts, made = dict[str, Fact](), dict[str, Fact]()
@@ -169,8 +169,8 @@ async def play(
         channels=places.channel_facts,
         interventions=places.other_facts,
         **loop.opening,
-        changed={spec: loop.changed[number] for number, spec in enumerate(places.specs) if spec},
-        changed_steps=loop.changed[_TOGETHER],
+        changed={spec: loop.changed.count(number) for number, spec in enumerate(places.specs) if spec},
+        changed_steps=loop.changed.count(_TOGETHER),
     )
 
 
@@ -230,9 +230,11 @@ class _Loop:
         shown: The last positions told or pictured.
         said: What the source of reports said last.
         on_record: Whether all is as on the record that is forked, up to now.
+        ours: Whether the agent comes with Lockprobe, and so keeps its own time limits.
+        inside: The boundary inside which it is; to enter it anew in every step would take longer than to set this.
         changing: The numbers of the interventions that change the step that is being made. A report counts for the step
             whose decision it precedes: no agent reads the last.
-        changed: How many steps each of them changed.
+        changed: The same of all steps so far, one after the other.
     """
 
     plan: Plan
@@ -250,21 +252,34 @@ class _Loop:
     said: Snapshot | None = None
     on_record: bool = True
     changing: set[int] = field(default_factory=set)
-    changed: Counter[int] = field(default_factory=Counter)
+    changed: list[int] = field(default_factory=list)
+    inside: Boundary | None = None
     names: Names = field(init=False)
     luck: Luck = field(init=False)
     source: SourceKind | None = field(init=False)
     unsaid: Briefing = field(init=False)
+    ours: bool = field(init=False)
 
     def __post_init__(self) -> None:
         self.names, self.luck, self.source = self.plan.names, self.plan.luck, source_of(self.plan.modality)
         self.unsaid = Briefing(hypothesis=self.plan.hypothesis)
+        self.ours = type(self.agent).__module__.startswith("lockprobe.")
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.inside is not None:
+            self.inside.__exit__(kind, error, trace)
 
     async def look(self) -> None:
         """Look at the box for the first time."""
-        with PLANT:
-            snapshot, self.state, first = await self.at(self._happened)
-            sensed = facts_of(snapshot.sensed)
+        self.inside = PLANT
+        snapshot, self.state, first = await self.at(self._happened)
+        sensed = facts_of(snapshot.sensed)
+        self.inside = None
         self.moments, self.shown, told = (first,), first.shown, first.told
         self.opening = {"opening": told.text, "opening_pictures": self._kept(told), "opening_sensed": sensed}
 
@@ -274,33 +289,36 @@ class _Loop:
         labels, joints, fork = self.names.labels, self.plan.box.joints, self.plan.fork
         turns, briefing, report = self.turns, self.unsaid, past[-1].told
         if acting["remembered"] or acting["asked"]:  # their luck is that of the report
-            with INTERVENTIONS:
-                turns = self._passed(acting["remembered"], turns, number - 1)
-                if not isinstance(turns, tuple):
-                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-                briefing = self._passed(acting["asked"], briefing, number - 1)
-                briefing.remark.encode()  # breaks if it cannot be written
+            self.inside = INTERVENTIONS
+            turns = self._passed(acting["remembered"], turns, number - 1)
+            if not isinstance(turns, tuple):
+                raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+            briefing = self._passed(acting["asked"], briefing, number - 1)
+            briefing.remark.encode()  # breaks if it cannot be written
         recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
-        with AGENT:  # of a fork nothing is asked that is on record, but an agent that draws from its stream
-            if recorded is not None and getattr(self.agent, "unseeded", False):
-                decision = recorded.decision
-            else:
-                situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
-                answer = self.agent.decide(situation, self.luck.at("agent", number))
-                if not type(self.agent).__module__.startswith("lockprobe."):
-                    answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
-                decision = await answer
+        self.inside = AGENT  # of a fork nothing is asked that is on record, but an agent that draws from its stream
+        if recorded is not None and getattr(self.agent, "unseeded", False):
+            decision = recorded.decision
+        else:
+            situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
+            answer = self.agent.decide(situation, self.luck.at("agent", number))
+            if not self.ours:
+                answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
+            decision = await answer
+        self.inside = None
         decision = usable(decision, task)
         label = decision.joint
         if acting["done"]:
-            with INTERVENTIONS:
-                label = self._passed(acting["done"], label, number)
-                if label not in task.joints:
-                    raise ChannelFault(f"{label!r} is not a joint")
+            self.inside = INTERVENTIONS
+            label = self._passed(acting["done"], label, number)
+            if label not in task.joints:
+                raise ChannelFault(f"{label!r} is not a joint")
+            self.inside = None
         joint, changing, self.changing = labels.index(label), self.changing, set()
-        with PLANT:
-            snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
-            sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
+        self.inside = PLANT
+        snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
+        sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
+        self.inside = None
         moved = snapshot.outcome == "moved"
         told_moved, told_state = self._compared(moment, state, moved=moved)
         step = Step(
@@ -318,7 +336,7 @@ class _Loop:
             remark=briefing.remark,
         )
         self.steps.append(step)
-        self.changed.update(changing)
+        self.changed += changing
         self.turns = (*self.turns, Turn(percept=report, decision=decision, remark=briefing.remark))
         self.moments, self.state = (*past, moment), state
         if fork is not None:
@@ -346,8 +364,9 @@ class _Loop:
             was = percept = self.names.percept(self.said).but(look=percept.look)
         if percept.look is not None:
             was, percept = percept.but(look=None), percept.but(look=partial(_look, percept.look))
-        with INTERVENTIONS:
-            told, facts = self._told(percept, step, arm)
+        self.inside = INTERVENTIONS
+        told, facts = self._told(percept, step, arm)
+        self.inside = PLANT
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
     def _told(self, percept: Percept, step: int, arm: Fork | None) -> tuple[Percept, Percept | None]:
@@ -384,7 +403,8 @@ class _Loop:
         without it: what no report shows, or a later intervention hides, is no change. ``drawn`` is the step of their
         luck. ``shown`` is the part of the value that the agent gets; all of it without one.
         """
-        value, changers, past, task, luck = given, list[tuple[Placed, _V]](), self.moments, self.names.task, self.luck
+        value, past, task, luck = given, self.moments, self.names.task, self.luck
+        changers: list[tuple[Placed, _V]] = []
         for placed in acting:
             before, value = value, placed.act(value, past, task, luck.at(placed.stream, drawn))
             if value is not before and value != before:

@@ -251,11 +251,11 @@ def told_outcome(task: Task, percept: Percept, past: Sequence[Turn]) -> Outcome 
     """The outcome that a report tells; where it tells positions alone, by comparison with the last ones in the past."""
     if percept.outcome is not None or percept.joint is None or percept.positions is None:
         return percept.outcome
-    earlier = (turn.percept.positions for turn in reversed(past) if turn.percept.positions is not None)
-    if (last := next(earlier, None)) is None:
-        return None
-    joint = task.joints.index(percept.joint)
-    return "moved" if percept.positions[joint] != last[joint] else "blocked"
+    for turn in reversed(past):
+        if (last := turn.percept.positions) is not None:
+            joint = task.joints.index(percept.joint)
+            return "moved" if percept.positions[joint] != last[joint] else "blocked"
+    return None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
+from operator import attrgetter
 from typing import Any
 
 from lockprobe.interventions.words import CORRECTION
@@ -27,7 +28,12 @@ _FIRST = ord("A")
 
 def kind_of(trial: Trial) -> int:
     """Seven bytes of a digest of what a record says beside its place, its words and what happened."""
-    return int.from_bytes(hashlib.blake2b(trial_to_json(_bare(trial)), digest_size=7).digest())
+    of, alike = (trial.agent, trial.condition), (_ALIKE(trial), tuple(trial.changed))
+    if (last := _LAST.get(of)) is not None and last[0] == alike:
+        return last[1]
+    kind = int.from_bytes(hashlib.blake2b(trial_to_json(_bare(trial)), digest_size=7).digest())
+    _LAST[of] = alike, kind
+    return kind
 
 
 def shorthand(trial: Trial) -> str:
@@ -51,12 +57,21 @@ def shorthand(trial: Trial) -> str:
     return " ".join((trial.steps[0].state, "".join(trial.labels), changed, *marks))
 
 
+_OWN: dict[str, Any] = {
+    "key": "", "repetition": 1, "trial": 1, "labels": (), "listing": (), "opening": "", "steps": (),
+    "ending": "budget", "error": None, "changed_steps": 0,
+}  # fmt: skip
+"""What each trial has of its own, beside how often each intervention changed it, and what its kind has there."""
+
+_ALIKE = attrgetter(*(one.name for one in fields(Trial) if one.name not in {*_OWN, "changed"}))
+
+_LAST: dict[tuple[str, str], tuple[object, int]] = {}
+"""What the last trial of an agent under a condition had in common with others, and its kind."""
+
+
 def _bare(trial: Trial) -> Trial:
     """What trials of one kind have in common."""
-    return replace(
-        trial, key="", repetition=1, trial=1, labels=(), listing=(), opening="", steps=(), ending="budget", error=None,
-        changed=dict.fromkeys(trial.changed, 0), changed_steps=0,
-    )  # fmt: skip
+    return replace(trial, **_OWN, changed=dict.fromkeys(trial.changed, 0))
 
 
 class ShorthandReader:

@@ -75,6 +75,8 @@ class _LazyPlant:
             self._plant.close()
 
     def _read(self, snapshot: Snapshot) -> Snapshot:
+        if self._recorded is None:
+            return snapshot
         sensed = next(self._sensed, {})
         return replace(snapshot, sensed={**snapshot.sensed, CAMERA: sensed[CAMERA]}) if CAMERA in sensed else snapshot
 
