@@ -66,7 +66,8 @@ class Told:
         return "moved" if self.moved else "blocked"
 
 
-_view, _told = lru_cache(maxsize=_MOST)(View), lru_cache(maxsize=_MOST)(Told)  # which recur in many trials
+_shared = lru_cache(maxsize=_MOST)
+_view, _told, _decision = _shared(View), _shared(Told), _shared(Decision)  # which recur in many trials
 
 
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
@@ -200,12 +201,11 @@ class Policy(Generic[Memory]):
             if self.exact or len(cached) >= _MOST:  # the memories of exact ones are large, and no two trials have one
                 cached.clear()
             found = cached[about] = chances, running_sums(chances)
-        chances, sums = found
-        return Decision(
-            joint=situation.task.joints[bisect_right(sums, rng.random())],
-            claimed=None if known.told is None else self.claim(known.memory, known.told),
-            probabilities=chances if self.exact else None,
-        )
+        joint = situation.task.joints[bisect_right(found[1], rng.random())]
+        claimed = None if known.told is None else self.claim(known.memory, known.told)
+        if self.exact:
+            return Decision(joint=joint, claimed=claimed, probabilities=found[0])
+        return _decision(joint=joint, claimed=claimed)
 
     @cached_property
     def _cached(self) -> dict[tuple[View, Memory], tuple[tuple[float, ...], list[float]]]:

@@ -32,7 +32,7 @@ Shuffle = Literal["trial", "study", "never"]
 
 def bits(configuration: Configuration) -> str:
     """A configuration as a bit string in panel order, for example ``"0010"``."""
-    return "".join(["01"[position] for position in configuration])
+    return "".join(map("01".__getitem__, configuration))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -72,7 +72,8 @@ class TextChannel:
         rows = rows_of(task) if self.places and first else []
         if self.form == "words":
             attempted = joint if outcome is not None or (positions is not None and self.tell == "state") else None
-            return " ".join([*_sentences(attempted, outcome, positions, task.joints), *places_said(task, rows)])
+            text = _sentences(attempted, outcome, positions, task.joints)
+            return " ".join(filter(None, [text, *places_said(task, rows)])) if rows else text
         said: dict[str, object] = {}
         if joint is not None and (outcome, positions) != (None, None):
             said |= {"attempted": joint} | ({} if outcome is None else {"moved": outcome == "moved"})
@@ -92,10 +93,11 @@ class TextChannel:
 
 
 @lru_cache(maxsize=1 << 14)
-def _sentences(joint: str | None, outcome: Outcome | None, positions: Positions, joints: tuple[str, ...]) -> list[str]:
+def _sentences(joint: str | None, outcome: Outcome | None, positions: Positions, joints: tuple[str, ...]) -> str:
     """What is told of an attempt and of positions, which many trials share; nothing of an attempt without a joint."""
     said = [] if joint is None else [f"You attempted {joint}." if outcome is None else f"{joint} {in_words(outcome)}."]
-    return said if positions is None else [*said, f"At 1: {', '.join(compress(joints, positions)) or 'none'}."]
+    where = [] if positions is None else [f"At 1: {', '.join(compress(joints, positions)) or 'none'}."]
+    return " ".join(said + where)
 
 
 def rows_of(task: Task) -> list[list[str]]:

@@ -68,15 +68,14 @@ class _LazyPlant:
 
     def attempt(self, joint: int) -> Snapshot:
         assert self._plant is not None
-        return self._read(self._plant.attempt(joint))
+        snapshot = self._plant.attempt(joint)
+        return snapshot if self._recorded is None else self._read(snapshot)
 
     def close(self) -> None:
         if self._plant is not None:
             self._plant.close()
 
     def _read(self, snapshot: Snapshot) -> Snapshot:
-        if self._recorded is None:
-            return snapshot
         sensed = next(self._sensed, {})
         return replace(snapshot, sensed={**snapshot.sensed, CAMERA: sensed[CAMERA]}) if CAMERA in sensed else snapshot
 
