@@ -170,10 +170,7 @@ def test_a_temperature_sharpens_the_probabilities():
 
 
 def test_no_call_is_said_to_take_less_than_it_does(model, monkeypatch):
-    """Tokens of a byte-level tokenizer are at most the bytes; the local model's own count stands beside it.
-
-    It is asked in this process, and through no proxy.
-    """
+    """Tokens of a byte-level tokenizer are at most the bytes; our own model counts beside it, through no proxy."""
     monkeypatch.setenv("http_proxy", "http://127.0.0.1:9")
     count, form = model._engine.tokens, str(reply_schema(asked_for(example())))
     texts = [*(message.text for message in conversation(example())), "}{][,,;;" * 20, "Verklemmt 🔒 锁住了 " * 20]
