@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy
@@ -30,7 +29,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip
-from lockprobe.simulation.kernel import Minds, Whole, World, policy_of, world_of
+from lockprobe.simulation.kernel import Minds, World, policy_of, world_of
 
 MOST_STATES = 200_000
 """States that are followed at once, over all orders of the joints."""
@@ -93,7 +92,7 @@ def propagate(
     heeds = policy.position != 0 if type(policy) is SoftmaxMemory else type(policy) not in heedless
     orders = list(permutations(panel)) if heeds else [panel]  # those whose order can matter, unknown ones among them
     courses = [_course(policy, world, order, MOST_STATES // len(orders)) for order in orders]
-    return Propagation(solved=tuple(np.mean(courses, axis=0).tolist()))
+    return Propagation(solved=tuple(np.minimum(np.mean(courses, axis=0), 1.0).tolist()))  # for rounding errors
 
 
 def _course(policy: Policy[Any], world: World, order: tuple[int, ...], most: int) -> list[float]:
@@ -121,22 +120,22 @@ def _course(policy: Policy[Any], world: World, order: tuple[int, ...], most: int
         rate = flip.p * flip.falls_on(step)
         lie = rate * (moved == (flip.only == "moved")) if flip.only != "any" else np.full(len(rows), rate)
         survives = rate if flip.others == "noisy" else flip.keep
-        goals, masses = list[Whole](), list[NDArray[np.float64]]()
+        states, masses = np.empty(0, np.int64), np.empty(0, np.float64)
         for drawn in product((0.0, 1.0), repeat=flip.numbers(joints)):  # the least number and one that hits nothing
             share = (1 - lie if drawn[0] else lie) * prod(1 - survives if one else survives for one in drawn[1:])
             at = np.flatnonzero(share)
             outcome, shown = flip.report(now[at], last[at], bits[at], moved[at], drawn)
             said = (shown ^ last[at]) & bits[at] != 0 if world.states_only else outcome
             after = minds.remember(mind[at], places[at], said, shown ^ start)
-            goals.append((after << joints | now[at]) << joints | (shown if lasts else now[at]))
-            masses.append(mass[at] * share[at])
-        states, which = np.unique(np.concatenate(goals), return_inverse=True)
-        if len(states) > most:
-            raise BadValue(
-                f"states of {type(policy).__name__} on {world.box.name}",
-                f"more than {most}",
-                "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
-            )
-        mass = np.asarray(np.bincount(which, np.concatenate(masses)))
+            goals = (after << joints | now[at]) << joints | (shown if lasts else now[at])
+            states, which = np.unique(np.concatenate([states, goals]), return_inverse=True)
+            masses = np.asarray(np.bincount(which, np.concatenate([masses, mass[at] * share[at]])))
+            if len(states) > most:
+                raise BadValue(
+                    f"states of {type(policy).__name__} on {world.box.name}",
+                    f"more than {most}",
+                    "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
+                )
+        mass = masses
         now, told, mind = states >> joints & every[-1], states & every[-1], states >> 2 * joints
     return course
