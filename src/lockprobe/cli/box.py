@@ -28,6 +28,11 @@ from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
+_MODEL = "A MuJoCo model of the box, or 'twin?model=FILE.xml' with options."
+_DRAWING = options.with_brackets(options.OUT, "a drawing, .svg or .png; a model for MuJoCo, .xml")
+_DEAL = "Assign places, kinds and names to the joints at random."
+_FILES = options.with_brackets(options.OUT, "a TOML file of each box")
+
 _PLANS, _SAID = 100, 6
 """The most plans that JSON lists, and words."""
 
@@ -38,10 +43,7 @@ _TRIES = 100
 @app.command("check")
 def check(
     box: Annotated[str, typer.Argument(metavar="FILE.toml", help="The box file: its rules.")],
-    model: Annotated[
-        str | None,
-        typer.Argument(metavar="FILE.xml", help="A MuJoCo model of the box, or 'twin?model=FILE.xml' with options."),
-    ] = None,
+    model: Annotated[str | None, typer.Argument(metavar="FILE.xml", help=_MODEL)] = None,
 ) -> None:
     """Check a box file, and a MuJoCo model of the box against its rules.
 
@@ -88,12 +90,7 @@ def list_boxes(json: options.AsJson = False) -> None:
 @app.command("show")
 def show(
     name: Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)] = DEFAULT_BOX,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help=options.with_brackets(options.OUT, "a drawing, .svg or .png; a model for MuJoCo, .xml")
-        ),
-    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help=_DRAWING)] = None,
     arm: Annotated[bool, typer.Option("--arm", help="With the robot arm (in a model for MuJoCo).")] = False,
     json: options.AsJson = False,
 ) -> None:
@@ -122,14 +119,10 @@ def show(
 def generate(
     family: Annotated[str, typer.Option(help="A named box, or random-N: an interlock of N joints.")] = "random-4",
     layout: Annotated[LayoutName, typer.Option(help="Where joints lie on the panel.")] = "serial",
-    deal: Annotated[
-        bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
-    ] = False,
+    deal: Annotated[bool, typer.Option("--deal", help=_DEAL)] = False,
     count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
     seed: options.Seed = 1,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help=options.with_brackets(options.OUT, "a TOML file of each box"))
-    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help=_FILES)] = None,
 ) -> None:
     """Generate boxes, from --seed on. Seeds that give no valid box are skipped."""
     from lockprobe.boxes.boxfile import toml_of

@@ -28,6 +28,7 @@ from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.running.executor import Limits
 
+_KEYS = "Keys of trials, or beginnings of keys (all)."
 _AT = "Fork after the reports of these steps, or at onset, first-lie, every."
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
@@ -36,9 +37,7 @@ _THEN = "Later reports: as in the condition of the trial, or the truth."
 @options.under_headings({options.AS_RUN: "workers connections timeout retries allow"})
 def branch(
     directory: options.Directory,
-    keys: Annotated[
-        list[str] | None, typer.Argument(metavar="[KEY]...", help="Keys of trials, or beginnings of keys (all).")
-    ] = None,
+    keys: Annotated[list[str] | None, typer.Argument(metavar="[KEY]...", help=_KEYS)] = None,
     at: Annotated[str, typer.Option(help=_AT)] = "4,8,12",
     told: Annotated[str, typer.Option(help=_TOLD)] = "truth,lie",
     then: Annotated[Literal["parent", "truth"], typer.Option(help=_THEN)] = "parent",

@@ -20,6 +20,9 @@ from lockprobe.studies.records.store import ALBUM, STORE, read
 
 Format = Literal["csv", "jsonl", "parquet", "frames"]
 
+_TABLE = "A row per step, trial, call of a model, participant, act or answer. Records: a line per trial."
+_IDS = "Include people's IDs of the platform; they are personal data."
+_TRIAL = "Frames of this trial alone, by its key or its beginning or end."
 _OUT = options.with_brackets(options.OUT, "standard output, also with -")
 
 _OF_STUDY = {SETTINGS, RESULTS, PAGE, ALBUM, PEOPLE_DIRECTORY, FORKS}
@@ -29,19 +32,10 @@ _OF_STUDY = {SETTINGS, RESULTS, PAGE, ALBUM, PEOPLE_DIRECTORY, FORKS}
 def export(
     directory: options.Directory,
     format: Annotated[Format, typer.Option(help="The kind of file.")] = "csv",  # noqa: A002
-    table: Annotated[
-        Literal[TableName, "records"],
-        typer.Option(
-            help="A row per step, trial, call of a model, participant, act or answer. Records: a line per trial."
-        ),
-    ] = "steps",
+    table: Annotated[Literal[TableName, "records"], typer.Option(help=_TABLE)] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
-    platform_ids: Annotated[
-        bool, typer.Option("--with-platform-ids", help="Include people's IDs of the platform; they are personal data.")
-    ] = False,
-    trial: Annotated[
-        str, typer.Option(metavar="KEY", help="Frames of this trial alone, by its key or its beginning or end.")
-    ] = "",
+    platform_ids: Annotated[bool, typer.Option("--with-platform-ids", help=_IDS)] = False,
+    trial: Annotated[str, typer.Option(metavar="KEY", help=_TRIAL)] = "",
 ) -> None:
     """Export a study: a table of its steps, trials or calls, or frames: pictures and depth with the camera.
 

@@ -18,6 +18,10 @@ from lockprobe.foundation.plugins import Listed, first_line, listed_plugins
 from lockprobe.foundation.spec import options_of
 from lockprobe.foundation.terminal_text import printable
 
+_DIRECTORY = "The directory of a study; without it, the measures are listed."
+_MEASURE = "Only this measure, or python:module:name; may be repeated."
+_SPEC = "A model, as for --agent: llm:openai/o3?effort=low."
+
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
 
@@ -60,13 +64,8 @@ def interventions(json: options.AsJson = False) -> None:
 
 @app.command()
 def measures(
-    directory: Annotated[
-        Path | None,
-        typer.Argument(metavar="[DIR]", help="The directory of a study; without it, the measures are listed."),
-    ] = None,
-    measure: Annotated[
-        list[str] | None, typer.Option(help="Only this measure, or python:module:name; may be repeated.")
-    ] = None,
+    directory: Annotated[Path | None, typer.Argument(metavar="[DIR]", help=_DIRECTORY)] = None,
+    measure: Annotated[list[str] | None, typer.Option(help=_MEASURE)] = None,
     json: options.AsJson = False,
 ) -> None:
     """List the measures of a trial, or print a study's means of them for every condition, with 95 % intervals.
@@ -102,10 +101,7 @@ def measures(
 
 @app.command()
 def models(
-    spec: Annotated[
-        str, typer.Argument(metavar="[SPEC]", help="A model, as for --agent: llm:openai/o3?effort=low.")
-    ] = "",
-    json: options.AsJson = False,
+    spec: Annotated[str, typer.Argument(metavar="[SPEC]", help=_SPEC)] = "", json: options.AsJson = False
 ) -> None:
     """List the embedded model and the models of which facts ship; of one model what is known and what it is sent.
 

@@ -14,12 +14,9 @@ from lockprobe.cli.options import AS_RUN, under_headings, with_brackets
 from lockprobe.foundation.plugins import docstring
 from lockprobe.studies.options.study_options import StudyOptions
 
-Name = Annotated[
-    str,
-    typer.Argument(
-        metavar="flips|modalities|why|looks|FILE.toml", help="The study; mechanisms.toml comes with the package."
-    ),
-]
+_STUDY = "The study; mechanisms.toml comes with the package."
+
+Name = Annotated[str, typer.Argument(metavar="flips|modalities|why|looks|FILE.toml", help=_STUDY)]
 
 
 FILE_ONLY = frozenset({"contrasts", "name"})
