@@ -76,10 +76,9 @@ def test_in_python_it_is_a_model_and_a_state_at_the_start_of_a_trial(arm):
 
 
 def test_a_joint_with_the_name_of_a_hidden_part_is_refused(tmp_path):
-    joints = [
-        Joint(name=name, kind="revolute", place=place) for name, place in (("door", (0.2, 0.5)), ("bolt-0", (0.8, 0.5)))
-    ]
-    named = Lockbox(name="odd", joints=tuple(joints), interlock={}, initial=(False, False), target="door")
+    places = {"door": (0.2, 0.5), "bolt-0": (0.8, 0.5)}
+    joints = tuple(Joint(name=name, kind="revolute", place=place) for name, place in places.items())
+    named = Lockbox(name="odd", joints=joints, interlock={}, initial=(False, False), target="door")
     with pytest.raises(BadValue, match="joint: got 'bolt-0', expected another name: a hidden part of the model has"):
         write_model(named, tmp_path / "box.xml")
     assert list(tmp_path.iterdir()) == []

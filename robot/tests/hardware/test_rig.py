@@ -1,6 +1,7 @@
-"""A rig of scripted parts: it obeys the contract of plants, and any fault stops the arm first; its check, its rehearsal."""
+"""A rig of scripted parts: it obeys the contract of plants, and any fault stops the arm first; its check and rehearsal."""
 
 import hashlib
+import json
 import re
 import threading
 from dataclasses import replace
@@ -16,13 +17,16 @@ from lockprobe_robot.arm.guarded_move import HELD_STIFFNESS
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import board_checksum
 from lockprobe_robot.calibration.calibration_file import Calibration
-from lockprobe_robot.hardware import realsense
+from lockprobe_robot.cli.rig import app
+from lockprobe_robot.hardware import check, realsense
 from lockprobe_robot.hardware.check import check_rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight
 from plants.person import handles_text
+from typer.testing import CliRunner
 
 from lockprobe.boxes.families import box
+from lockprobe.cli import build
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.catalogue import resolve_plant
@@ -255,3 +259,37 @@ def test_a_rehearsal_says_that_it_is_one():
     assert (rehearsed.plant["rung"], rehearsed.plant["truth"]) == ("scripted", "simulation")
     with pytest.raises(BadValue, match="expected one of scripted, twin"):
         resolve_plant("rig?rung=robot")
+
+
+def run(*words):
+    return CliRunner().invoke(app, words)
+
+
+def test_a_check_prints_every_motion_and_its_judgement(monkeypatch):
+    done = run("check", "--plant", "rig?rung=scripted")
+    lines = done.stdout.splitlines()
+    assert (done.exit_code, len(lines)) == (0, 11)
+    assert lines[0].split()[:5] == ["revolute-left", "0", "to", "1", "moved,"]
+    assert lines[9:] == ["In free air: greatest force 0.0 N, off by at most 0.0 mm", "Good enough."]
+    monkeypatch.setattr(check, "MOST_ASTRAY", -0.001)
+    done = run("check", "--plant", "rig?rung=scripted", "--json")
+    found = json.loads(done.stdout)
+    assert (done.exit_code, found["facts"]["rung"], len(found["motions"])) == (1, "scripted", 8)
+    assert found["complaints"][-1].startswith("revolute-right from 1: the hand was off by 0.0 mm")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["check", "--plant", "symbolic"], "plant: got 'symbolic', expected rig?rung="),
+        (["check", "--plant", "python:hardware.fakes:calibrated_rig"], "none.json: cannot be read"),
+        (["check", "--plant", "python:hardware.fakes:faulty_rig"], "the arm, follow: ConnectionResetError: cable"),
+    ],
+)
+def test_mistakes_are_one_line(words, message, monkeypatch):
+    monkeypatch.setattr(fakes, "CALIBRATION", {"path": "none.json"})
+    monkeypatch.setattr(fakes, "BROKEN", [])
+    error = run(*words).exception
+    assert isinstance(error, UserMistake)
+    assert str(error).startswith(message)
+    assert {one.name for one in build(["rig"]).registered_groups} == {"rig"}

@@ -21,12 +21,8 @@ LOADED = ("index.html", "page.css", "page.js", "icon.svg")
 
 def fingerprint(page):
     """As `page/build.mjs` takes it: SHA-256 over names and contents, each ended by a zero byte."""
-    names = [
-        file.relative_to(page).as_posix()
-        for at in ("src", "licenses")
-        for file in (page / at).rglob("*")
-        if file.is_file()
-    ]
+    files = (file for at in ("src", "licenses") for file in (page / at).rglob("*"))
+    names = [file.relative_to(page).as_posix() for file in files if file.is_file()]
     names += ["build.mjs", "package.json", "package-lock.json"]
     digest = hashlib.sha256()
     for name in sorted(names):

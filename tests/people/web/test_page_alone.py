@@ -21,8 +21,6 @@ HOME = "http://page.test/"
 LOST, DOWN = "lost", (503, {})
 WORDS = read_words("de").model_dump(mode="json", include={"language", "direction", "title", "page"})
 INCOMPLETE = (400, {"error": "incomplete", "message": "it is incomplete", "words": WORDS})
-
-
 THREE = tuple((label, "revolute", (0.5, 0.5)) for label in "BAC")
 
 
