@@ -44,7 +44,7 @@ _ALONE = 4.0
 """Seconds for which this process plays a strategy alone. Then others go on if as much is left: each takes a second to
 start, and what they play is read here, so that two of them play a third more in the same time."""
 
-_TOGETHER = 0.05
+_TOGETHER = 0.2
 """Seconds of strategies' trials that are written together: a commit of its own takes as long as a trial."""
 
 _AT_ONCE = 100
