@@ -91,16 +91,6 @@ def test_a_memory_is_a_value_and_recalled_the_same_step_by_step_at_once_and_afte
     assert agent.recall(other) == resolve(spec).make().recall(other)
 
 
-@pytest.mark.parametrize("spec", ["round-robin", "right-to-left"])
-def test_who_goes_in_turn_always_solves_chain_4(spec):
-    for trial in [run_trial(agent=spec, trial=i, p=0.6) for i in range(1, 9)]:
-        of = dict(zip(trial.labels, trial.joints, strict=True))
-        order = [of[label] for label in trial.listing] if spec == "round-robin" else [*reversed(trial.joints)]
-        assert list(trial.actions) == (order * 5)[: len(trial.actions)]
-        assert trial.solved
-        assert len(trial.steps) <= 13
-
-
 PICTURES = (Picture(kind="rgb", png=b"a box"),)
 SEEN = Situation(task=TASK, past=(), percept=Percept(pictures=PICTURES))
 

@@ -37,22 +37,6 @@ def own(tmp_path, monkeypatch):
     return write
 
 
-@pytest.mark.parametrize(
-    ("name", "known"),
-    [
-        ("vllm/somebody/something-7b", {"reasons": None, "images": None, "price": None}),
-        ("openai/o1-2024-12-17", {"reasons": True, "most_output": 100_000}),
-        ("openai/o3-mini", {"images": False}),
-        ("openai/gpt-4o-2024-11-20", {"images": True, "reasons": False, "schema": None}),
-        ("openai/gpt-4o-audio-preview", {"reasons": None, "most_output": None}),
-        ("deepseek/deepseek-chat", {"schema": "loose"}),
-    ],
-)
-def test_what_is_known_goes_by_the_name(name, known):
-    facts = facts_of(name)
-    assert {fact: getattr(facts, fact) for fact in known} == known
-
-
 def test_what_is_shipped_hangs_together():
     """No pattern is shadowed by an earlier one, and every price says where it is from and when."""
     seen = []

@@ -7,7 +7,7 @@ and one retry, so that a fault of the server is asked for twice, an unusable rep
 import asyncio
 import gzip
 import json
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -42,18 +42,6 @@ class Book:
         self.calls.append(call)
 
 
-class Came(NamedTuple):
-    """What came of a step: where it ended (``played``, or the boundary of its fault), the error, what it cost."""
-
-    ended: str
-    said: str
-    times: int
-    tokens: int
-    lost: int
-    decision: object
-    calls: list
-
-
 @pytest.fixture(scope="module")
 def server():
     """One server for all rows; its answer is what each row sets."""
@@ -63,7 +51,10 @@ def server():
 
 @pytest.fixture
 def step(server, monkeypatch):
-    """Plays one step against a server that gives these answers, the last one again and again."""
+    """Plays one step against a server that gives these answers, the last one again and again: how it ended and why.
+
+    It ended as ``played``, or at the boundary of its fault; ``tokens`` and attempts that are ``lost`` are charged.
+    """
     for provider in ASKED:
         monkeypatch.setenv(f"{provider}_BASE_URL", server.url)
 
@@ -84,15 +75,14 @@ def step(server, monkeypatch):
             decision, ended, said = asyncio.run(decide()), "played", ""
         except TrialFault as fault:
             decision, ended, said = None, fault.boundary, str(fault)
-        tokens, lost = (
-            sum(of(call) for call in book.calls) for of in (lambda c: c.usage.output_tokens, lambda c: c.unanswered)
-        )
         assert len({call.turn for call in book.calls}) == len(book.calls)
         for asked in book.asked:
             (call,) = (call for call in book.calls if call.turn == asked.turn)
             assert (call.retries, call.unanswered) >= (asked.retries, asked.unanswered)
         assert "private" not in repr((said, book.calls))
-        return Came(ended, said, server.arrived.total(), tokens, lost, decision, book.calls)
+        tokens, lost = sum(call.usage.output_tokens for call in book.calls), sum(call.unanswered for call in book.calls)
+        came = {"ended": ended, "said": said, "times": server.arrived.total(), "tokens": tokens, "lost": lost}
+        return SimpleNamespace(**came, decision=decision, calls=book.calls)
 
     return play
 
