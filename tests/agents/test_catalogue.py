@@ -75,8 +75,6 @@ def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
 
 def test_every_kind_of_agent_is_described():
     assert all(KNOWN.values())
-    assert "acuity" in KNOWN["viewer[:STRATEGY]"]
-    assert "images" in KNOWN["llm:PROVIDER/MODEL"]
     assert description("cognitive:careful") == "Turns to what has neither moved nor failed, the target first."
     assert description("human-inspired:proximity").startswith("Rules joints out")
     assert [description(spec) for spec in ("participant", "python:a:B", "llm:openai/gpt-4o")] == [""] * 3

@@ -138,13 +138,15 @@ def read(now=LATER, **fields):
         *(("claimed", value, "moved") for value in ("Moved", "moved.", "MOVED", "it moved", "A moved", ["moved"])),
         *(("claimed", value, "blocked") for value in ("did not move.", "Did_Not-Move", "didn't move", "didn\u2019t move")),
         *(("claimed", value, "blocked") for value in ("It did not move!", "Joint A did not move", "not moved")),
+        *(("claimed", value, None) for value in ("None", "none.", None, "", "null")),
         ("hypothesis", None, ""),
         ("hypothesis", ["A", "B"], "['A', 'B']"),
         ("hypothesis", "it\ud83d opens", "it? opens"),
     ],
 )  # fmt: skip
 def test_another_spelling_is_read_and_noted(name, value, meant):
-    decision = read(**{"last_action" if name == "claimed" else name: value})
+    """In the first step there is one claim, however it is spelled."""
+    decision = read(FIRST if meant is None else LATER, **{"last_action" if name == "claimed" else name: value})
     assert (getattr(decision, name), decision.tidied) == (meant, ("spelling",))
     assert (
         read(hypothesis="x" * 4000).tidied == parse_reply('{"last_action": "moved", "joint": "B"}', LATER).tidied == ()
@@ -161,12 +163,6 @@ def test_another_spelling_is_read_and_noted(name, value, meant):
 def test_a_value_that_has_no_reading_or_two_is_refused_by_its_name(name, value):
     with pytest.raises(ReplyFault, match=f"^{name}: "):
         read(**{name: value})
-
-
-@pytest.mark.parametrize("value", ["None", "none.", None, "", "null"])
-def test_in_the_first_step_there_is_one_claim_however_it_is_spelled(value):
-    decision = read(FIRST, last_action=value)
-    assert (decision.claimed, decision.tidied) == (None, ("spelling",))
     with pytest.raises(ReplyFault, match="^last_action: 'moved' is none of none$"):
         read(FIRST)
 

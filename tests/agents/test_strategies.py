@@ -117,11 +117,8 @@ FALSE, TRUE = Told(joint=1, moved=True), Told(joint=1, moved=False)
 
 
 @pytest.mark.parametrize(
-    ("told", "free"),
-    [
-        (FALSE, 3), (replace(TRUE, odd=True), 3), (replace(FALSE, odd=True), 3), (TRUE, 0),
-    ],
-)  # fmt: skip
+    ("told", "free"), [(FALSE, 3), (replace(TRUE, odd=True), 3), (replace(FALSE, odd=True), 3), (TRUE, 0)]
+)
 def test_any_odd_report_frees_a_loop_breaker_which_forgets_and_draws_a_new_cycle(told, free):
     policy = LoopBreaker()
     round_ = remembered(policy, [(1, False), (2, False), (3, False)])

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import pytest
 from provider_server import completion, truthful, words
-from stored import sql
 
 from lockprobe.agents.llm import model as llm
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.foundation.errors import SettingsChanged
 from lockprobe.report.verify import verify
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.options.study_options import StudyOptions
@@ -81,16 +79,6 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     ]
     assert len({request(), *others}) == 1 + len(others)
     assert request(repairs=9, known=replace(known, images=False, picture_tokens=9)) == request()
-
-
-def test_another_model_under_the_same_name_is_refused_before_it_is_asked(tmp_path, played, monkeypatch):
-    played(truthful)
-    sql(tmp_path, "delete from trial where id > 1")  # one is owed again
-    sql(tmp_path, "delete from call")
-    monkeypatch.setattr(llm, "prompt_fingerprint", lambda: "another prompt")
-    with pytest.raises(SettingsChanged, match="'another prompt' asked"):
-        played(truthful)
-    assert sql(tmp_path, "select * from call") == []
 
 
 def test_marks_and_reasoning_are_kept_in_the_record_and_sent_to_nobody(tmp_path, played):

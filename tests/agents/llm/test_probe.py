@@ -45,12 +45,6 @@ def test_a_model_that_does_all_is_asked_once(found):
     assert all(ok for ok, _ in shown.values())
 
 
-def cut(request):
-    status, body = completion('{"joi')
-    body["choices"][0]["finish_reason"] = "length"
-    return status, body
-
-
 def blind(request):
     return failure(400, "No images") if pictures(request) else completion(json.dumps(GOOD))
 
@@ -74,7 +68,7 @@ def thinking(request):
         (lambda request: completion('{"joint": "A", "colour": "none"}'), MODEL, "pictures", False, "sent; of a red one it said 'none'", 1),
         (lambda request: completion(f"```{json.dumps(GOOD)}```"), MODEL, "form of the reply", True, "strict, not kept, but it can", 1),
         (bare, MODEL, "form of the reply", False, "not one JSON object; schema=none asks for it in words", 1),
-        (cut, MODEL, "form of the reply", False, "the reply was cut at 5 tokens: raise max_tokens", 1),
+        (lambda request: completion('{"joi', stop="length"), MODEL, "form of the reply", False, "the reply was cut at 5 tokens: raise max_tokens", 1),
         (lambda request: failure(429, "later"), MODEL, "server", False, "http://", 1),
         (bare, MODEL, "tokens", False, "not counted: a budget takes the most for every call", 1),
         (thinking, MODEL, "form of the reply", False, "the object stands in the reasoning and not in the reply; schema=none", 1),

@@ -369,14 +369,8 @@ def said(content, stop="end_turn", usage=(7, 3, 1, 5), **more):
     names = ("input_tokens", "cache_read_input_tokens", "cache_creation_input_tokens", "output_tokens")
     counts = dict(zip(names, usage, strict=True)) if usage else None
     parts = [{"type": "text", "text": content}] if isinstance(content, str) else content
-    return 200, {
-        "type": "message",
-        "role": "assistant",
-        "model": "claude",
-        "content": parts,
-        "stop_reason": stop,
-        "usage": counts,
-    } | more
+    usual = {"type": "message", "role": "assistant", "model": "claude", "stop_reason": stop}
+    return 200, usual | {"content": parts, "usage": counts} | more
 
 
 def anthropic(code, kind, words):
