@@ -78,7 +78,7 @@ def test_a_text_with_one_reading_is_a_decision_and_what_was_tidied_is_named(text
     decision = parse_reply(text, LATER)
     assert (decision.joint, decision.claimed, decision.hypothesis) == ("B", "moved", "B's lock")
     assert decision.replies == (text,)
-    assert decision.tidied == tuple(sorted(tidied, key=[*TIDIED].index))
+    assert decision.tidied == tuple(sorted(tidied, key=TIDIED.index))
 
 
 @pytest.mark.parametrize(

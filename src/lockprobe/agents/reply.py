@@ -28,13 +28,8 @@ CLAIMS: Mapping[str, Outcome | None] = {in_words("moved"): "moved", in_words("bl
 LONGEST_HYPOTHESIS = 4000
 """Characters."""
 
-TIDIED: Mapping[str, str] = {
-    "marks": "reasoning or marks of the server's template",
-    "text": "more than the object",
-    "syntax": "bent JSON",
-    "spelling": "another spelling of a value",
-}
-"""What had to be tidied to read a reply, in words, in the order of a record."""
+TIDIED = ("marks", "text", "syntax", "spelling")
+"""What had to be tidied to read a reply: reasoning or marks of a template, words around it, bent JSON, spelling."""
 
 _REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reason|reasoning|reasoning_content|analysis|reflection|scratchpad)"
 _MESSAGE = r"[^<]*(?:<\|constrain\|>[^<]*)?<\|message\|>"
