@@ -54,11 +54,8 @@ def test_seeing_well_it_plays_as_its_strategy_does_that_is_told():
     seen = played(resolve("viewer:human-inspired:proximity?lapse=0.3&acuity=80").make(), [Photographer()], 2)
     assert seen.actions == told.actions
     assert len({step.told_moved for step in told.steps}) == 2
-    assert [step.decision.claimed for step in seen.steps] == [None, *truth(seen)[:-1]]
-
-
-def truth(trial):
-    return ["moved" if step.moved else "blocked" for step in trial.steps]
+    truth = ["moved" if step.moved else "blocked" for step in seen.steps]
+    assert [step.decision.claimed for step in seen.steps] == [None, *truth[:-1]]
 
 
 def test_it_says_what_the_picture_shows_and_acts_on_it():

@@ -13,11 +13,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from lockprobe.agents.policy import tell
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.protocols import Agent
-from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task
+from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, told_outcome
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,8 +50,8 @@ class Viewer:
         reports = self.reports(situation.task, [percept for percept, _ in situation.told])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
         told = replace(situation, past=past, percept=reports[-1])
-        last = tell(told.task, told.percept, past)
-        return replace(await self.strategy.decide(told, rng), claimed=None if last is None else last.outcome)
+        claimed = told_outcome(told.task, told.percept, past)
+        return replace(await self.strategy.decide(told, rng), claimed=claimed)
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
         """All its observations as reports. A percept without pictures already is a report."""
