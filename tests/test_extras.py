@@ -32,7 +32,6 @@ NEEDS = {
     "box check chain-4 b.xml": "--extra twin",
     "run modalities --agent viewer --plant fast-twin --trials 1 --out M": "--extra twin",
     f"replay S {KEY} --out f.gif": "--extra twin",
-    f"replay S {KEY} --out f.mp4": "--extra twin",
     "export S --format parquet --out e.parquet": "--extra parquet",
     "serve flips --out P": "--extra web",
     "mcp flips": "--extra mcp",

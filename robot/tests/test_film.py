@@ -48,14 +48,12 @@ def test_a_film_whose_process_is_killed_plays_up_to_there(tmp_path):
 import os, signal
 import numpy as np
 from pathlib import Path
-from lockprobe_robot.film.files import open_film
-keep = []
-for name in ("a.gif", "a.mp4"):
-    keep.append(open_film(Path({str(tmp_path)!r}, name)))
-    for shade in range(60):
-        painted = np.full((48, 64, 3), 128, np.uint8)
-        painted[shade % 48] = (190, 30, 30)
-        keep[-1].add(painted, 0.4 if shade else 1.2)
+from lockprobe_robot.film.files import FilmFile
+film = FilmFile(Path({str(tmp_path)!r}, "a.gif"))
+for shade in range(60):
+    painted = np.full((48, 64, 3), 128, np.uint8)
+    painted[shade % 48] = (190, 30, 30)
+    film.add(painted, 0.4 if shade else 1.2)
 os.kill(os.getpid(), signal.SIGKILL)
 """
     assert subprocess.run([sys.executable, "-c", code]).returncode == -9
@@ -65,9 +63,6 @@ os.kill(os.getpid(), signal.SIGKILL)
             gif.seek(at)
             assert gif.info["duration"] == milliseconds
             assert gif.convert("RGB").getpixel((3, at % 48)) == (190, 30, 30)
-    import imageio_ffmpeg
-
-    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "a.mp4"))[0] >= 25
 
 
 @pytest.fixture

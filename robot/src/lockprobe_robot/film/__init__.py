@@ -1,1 +1,1 @@
-"""Films of trials as GIF, MP4 or pictures."""
+"""Films of trials as GIF or pictures."""

@@ -26,14 +26,14 @@ from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Plant
 from lockprobe.trial.record import Fact, Snapshot, Trial
 from lockprobe_robot.film.caption import WIDTH, CaptionLine, captioned, opening_lines, outcome_lines
-from lockprobe_robot.film.files import RATES, FilmFile, open_film
+from lockprobe_robot.film.files import FilmFile
 from lockprobe_robot.renderer import Renderer
 
 STAND_IN, WITHOUT_ARM = "twin", "fast-twin"
 """The plant on which a trial of a plant without a camera is filmed, and that of a box that the arm does not reach."""
 
-_HOOK_RATE = 25.0
-"""Pictures per simulated second that a twin offers."""
+_HOOK_RATE, _RATE = 25.0, 12.5
+"""Pictures per simulated second that a twin offers, and per second of the film."""
 
 _SPEED = 5
 """How many times as fast as it was a robot's motion is played."""
@@ -76,7 +76,7 @@ class Film:
 
 
 def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str], None]) -> Film:
-    """Film a trial of a study as a ``.gif`` or ``.mp4``.
+    """Film a trial of a study as a ``.gif``.
 
     ``tell`` is called with one line after every step that is played again.
 
@@ -96,9 +96,9 @@ def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str]
     elif "model" in Spec.parse(source.spec, "plant").options:
         note = "A force pushed the model: the film shows it before and after each attempt."
     source.check(plan.box)
-    file = open_film(path)
+    file = FilmFile(path)
     differs: str | None = None
-    recorder = _FilmRecorder(file, rate=RATES[path.suffix.lower()])
+    recorder = _FilmRecorder(file)
     labels, rng = plan.names.labels, plan.luck.physics()
     try:
         if source.make_filmed is None:
@@ -173,12 +173,10 @@ class _FilmRecorder:
         pictures: Number of pictures so far.
     """
 
-    def __init__(self, file: FilmFile, *, rate: float) -> None:
+    def __init__(self, file: FilmFile) -> None:
         self.lines: tuple[CaptionLine, ...] = ()
         self.pictures = 0
-        self._file, self._seconds = file, 1 / rate
-        self._every = max(1, round(_HOOK_RATE * _SPEED / rate))
-        self._calls = 0
+        self._file, self._calls = file, 0
         self._renderer: Renderer | None = None
         self._drawing = ThreadPoolExecutor(1)  # the arm of a rig moves in another thread than what looks at it
         self._running: tuple[mujoco.MjModel, mujoco.MjData] | None = None
@@ -187,8 +185,8 @@ class _FilmRecorder:
         """Take a picture of a running simulation; called 25 times per simulated second, first when it is made."""
         self._running = model, data
         self._calls += 1
-        if self.lines and self._calls % self._every == 0:
-            self.show(None, self._seconds)
+        if self.lines and self._calls % round(_HOOK_RATE * _SPEED / _RATE) == 0:
+            self.show(None, 1 / _RATE)
 
     def show(self, look: Callable[[], Frame] | None, seconds: float) -> None:
         """Hold the present state of the simulation, or what is seen where none runs, for some seconds."""
