@@ -7,7 +7,7 @@ step and after each. Pictures show the truth, whatever the agent was shown.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,9 +19,7 @@ from lockprobe.foundation.storage.atomic_file import refuse_links, writing
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
-from lockprobe.trial.pictures.frame import Frame, to_millimetres, to_png
-from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Trial
+from lockprobe.trial.pictures.frame import to_millimetres, to_png
 from lockprobe_robot.film.make import WITHOUT_ARM, plan_of, played_again
 
 
@@ -62,45 +60,43 @@ def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str],
         with (draft / "frames.jsonl").open("w", encoding="utf-8") as table:
             for number, trial in enumerate(trials, start=1):
                 plan = plan_of(study, trial)
-                for frame, facts in _frames(trial, plan):
-                    count += 1
-                    camera, handles = frame.camera, zip(trial.joints, frame.handles, strict=True)
-                    files = {kind: f"{kind}/{count:06}.png" for kind in ("rgb", "depth")}
-                    pinhole = {
-                        "width": camera.width,
-                        "height": camera.height,
-                        "fx": camera.focal,
-                        "fy": camera.focal,
-                        "cx": (camera.width - 1) / 2,
-                        "cy": (camera.height - 1) / 2,
-                        "panel_in_camera": np.round(camera.panel, 9).tolist(),
-                        "handles": {name: np.round(places, 6).tolist() for name, places in handles},
-                        "labels": dict(zip(trial.joints, trial.labels, strict=True)),
-                    }
-                    (draft / files["rgb"]).write_bytes(to_png(frame.rgb))
-                    (draft / files["depth"]).write_bytes(to_png(to_millimetres(frame.depth)))
-                    table.write(json.dumps({**files, **pinhole, **facts}) + "\n")
+                source = resolve_plant(plan.plant)
+                if source.picture_size is None:
+                    source = resolve_plant(WITHOUT_ARM)
+                source.check(plan.box)
+                plant = source.make(plan.box, plan.names.labels, plan.luck.physics())
+                try:
+                    for at, snapshot, differs in played_again(trial, plant):
+                        if differs is not None:
+                            raise BadFile(trial.key, differs)
+                        assert snapshot.look is not None
+                        frame, count = snapshot.look(), count + 1
+                        camera, handles = frame.camera, zip(trial.joints, frame.handles, strict=True)
+                        files = {kind: f"{kind}/{count:06}.png" for kind in ("rgb", "depth")}
+                        line = {
+                            **files,
+                            "width": camera.width,
+                            "height": camera.height,
+                            "fx": camera.focal,
+                            "fy": camera.focal,
+                            "cx": (camera.width - 1) / 2,
+                            "cy": (camera.height - 1) / 2,
+                            "panel_in_camera": np.round(camera.panel, 9).tolist(),
+                            "handles": {name: np.round(places, 6).tolist() for name, places in handles},
+                            "labels": dict(zip(trial.joints, trial.labels, strict=True)),
+                            "key": trial.key,
+                            "agent": trial.agent,
+                            "step": at + 1,
+                        }
+                        if at >= 0:
+                            step = trial.steps[at]
+                            line |= {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
+                            line |= {"told_state": step.told_state, "told": step.told}
+                        (draft / files["rgb"]).write_bytes(to_png(frame.rgb))
+                        (draft / files["depth"]).write_bytes(to_png(to_millimetres(frame.depth)))
+                        table.write(json.dumps({**line, "state": bits(snapshot.configuration)}) + "\n")
+                except TrialFault as fault:
+                    raise BadFile(trial.key, f"it breaks when it is played again ({fault})") from None
                 tell(f"trial {number} of {len(trials)}, {count} frames")
         draft.replace(target)
     return count
-
-
-def _frames(trial: Trial, plan: Plan) -> Iterator[tuple[Frame, dict[str, object]]]:
-    """The frames of a trial, each with what it shows and what was told."""
-    source = resolve_plant(plan.plant)
-    if source.picture_size is None:
-        source = resolve_plant(WITHOUT_ARM)
-    source.check(plan.box)
-    try:
-        for at, snapshot, differs in played_again(trial, source.make(plan.box, plan.names.labels, plan.luck.physics())):
-            if differs is not None:
-                raise BadFile(trial.key, differs)
-            facts: dict[str, object] = {"key": trial.key, "agent": trial.agent, "step": at + 1}
-            if at >= 0:
-                step = trial.steps[at]
-                facts |= {"joint": step.joint, "moved": step.moved, "told_moved": step.told_moved}
-                facts |= {"told_state": step.told_state, "told": step.told}
-            assert snapshot.look is not None
-            yield snapshot.look(), {**facts, "state": bits(snapshot.configuration)}
-    except TrialFault as fault:
-        raise BadFile(trial.key, f"it breaks when it is played again ({fault})") from None

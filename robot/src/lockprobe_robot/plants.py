@@ -13,6 +13,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, in_words, settings_of, with_options
 from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
+from lockprobe.plants.manual import Manual, TerminalOperator
 from lockprobe.trial.protocols import Plant
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
@@ -43,15 +44,16 @@ def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a hand and a force sensor.
 
     Options: those of fast-twin, and pose_error, force_noise, hand. A user's own model of the box: model, digest, force,
-    torque, and the camera's options.
+    torque, and the camera's options. The spec includes the digest of the files of others, to detect a changed one.
     """
+    for file, digest in (("model", "digest"), ("hand", "hand_digest")):
+        if (named := spec.options.get(file)) is not None and not spec.options.get(digest):
+            from lockprobe_robot.user_model.mjcf_file import MjcfModel
+
+            spec = spec.adding({digest: MjcfModel(Path(named)).digest})
     if "model" in spec.options:
         return _of_a_user(spec)
     settings = with_options(TwinSettings, "twin", spec.options)
-    if settings.hand and not settings.hand_digest:
-        from lockprobe_robot.user_model.mjcf_file import MjcfModel
-
-        return twin(spec.adding({"hand_digest": MjcfModel(Path(settings.hand)).digest}))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.twin import Twin
@@ -94,12 +96,8 @@ def renderer() -> str:
 
 
 def _of_a_user(spec: Spec) -> PlantSource:
-    """The plant of a user's model. Its spec includes the digest of the files, to detect a changed model."""
+    """The plant of a user's model."""
     settings = with_options(UserModelSettings, "twin?model", spec.options)
-    if not settings.digest:
-        from lockprobe_robot.user_model.mjcf_file import MjcfModel
-
-        return _of_a_user(spec.adding({"digest": MjcfModel(Path(settings.model)).digest}))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe_robot.user_model.user_model import UserModel
@@ -115,19 +113,32 @@ def _of_a_user(spec: Spec) -> PlantSource:
     return replace(_pictured(spec, settings, make), check=check, lays_out=False)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ManualSettings:
+    camera: str = ""
+
+
 def manual(spec: Spec) -> PlantSource:
     """A real box whose joints a person moves; a camera tells the truth.
 
-    Options: camera.
+    Options: camera (a folder with ``handles.toml`` in which pictures are saved).
     """
-    from lockprobe_robot.hardware.sight import ManualSettings, make_manual
+    folder = with_options(_ManualSettings, "manual", spec.options).camera
 
-    settings = with_options(ManualSettings, "manual", spec.options)
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe_robot.hardware.sight import HANDLES_FILE, CameraSight, FolderCamera, read_handles
+
+        sight = None
+        if folder:
+            handles = read_handles(Path(folder, HANDLES_FILE), box)
+            sight = CameraSight(FolderCamera(folder), handles)
+        return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)
+
     return PlantSource(
         spec=str(spec),
-        make=lambda box, labels, rng: make_manual(settings, box, labels),
-        check=lambda box: make_manual(settings, box, box.names).close(),
-        photographs=bool(settings.camera),
+        make=make,
+        check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
+        photographs=bool(folder),
         lays_out=False,
         is_attended=lambda: True,
         options={},

@@ -10,6 +10,21 @@ from typing import Literal
 
 from lockprobe.foundation.errors import BadValue
 
+_RANGES: dict[str, tuple[float, float]] = {
+    "width": (64, 4096),
+    "height": (64, 4096),
+    "depth_noise": (0, 0.1),
+    "view_jitter": (0, 50),
+    "tilt": (0, 80),
+    "friction": (0, 10),
+    "clutter": (0, 20),
+    "pose_error": (0, 0.05),
+    "force_noise": (0, 10),
+    "force": (0.01, 1e4),
+    "torque": (1e-3, 1e3),
+}
+"""Setting -> its least and its greatest value."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraSettings:
@@ -34,11 +49,8 @@ class CameraSettings:
     view_jitter: float = 0.0
 
     def __post_init__(self) -> None:
-        self._within(width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1), view_jitter=(0, 50))
-
-    def _within(self, **ranges: tuple[float, float]) -> None:
-        for name, (least, most) in ranges.items():
-            if not least <= (value := getattr(self, name)) <= most:
+        for name, (least, most) in _RANGES.items():
+            if not least <= (value := getattr(self, name, least)) <= most:
                 raise BadValue(name, value, f"a number from {least} to {most}")
 
 
@@ -70,10 +82,6 @@ class SceneSettings(CameraSettings):
     viewpoint: Literal["plain", "oblique"] = "plain"
     clutter: int = 0
 
-    def __post_init__(self) -> None:
-        CameraSettings.__post_init__(self)
-        self._within(tilt=(0, 80), friction=(0, 10), clutter=(0, 20))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwinSettings(SceneSettings):
@@ -92,10 +100,6 @@ class TwinSettings(SceneSettings):
     hand: str = ""
     hand_digest: str = ""
 
-    def __post_init__(self) -> None:
-        SceneSettings.__post_init__(self)
-        self._within(pose_error=(0, 0.05), force_noise=(0, 10))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UserModelSettings(CameraSettings):
@@ -113,9 +117,3 @@ class UserModelSettings(CameraSettings):
     digest: str = ""
     force: float = 30.0
     torque: float = 1.8
-
-    def __post_init__(self) -> None:
-        if not self.model:
-            raise BadValue("model", self.model, "an MJCF file")
-        CameraSettings.__post_init__(self)
-        self._within(force=(0.01, 1e4), torque=(1e-3, 1e3))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from drawn_board import HANDLES, board
 from hardware.fakes import image_handles
-from lockprobe_robot.hardware import sight
+from lockprobe_robot import plants
 from lockprobe_robot.hardware.sight import CameraSight, FolderCamera, Shot, read_handles
 from PIL import Image
 from plants.person import Person, handles_text
@@ -144,7 +144,7 @@ def test_a_wrong_start_and_a_picture_that_shows_nothing_are_said_and_asked_again
 def test_a_folder_whose_name_has_to_be_encoded_is_a_plant_and_its_panel_is_never_shuffled(tmp_path, monkeypatch):
     (made := tmp_path / "A&B 100%+").mkdir()
     (made / "handles.toml").write_text(handles_text(FIVE), "utf-8")
-    monkeypatch.setattr(sight, "TerminalOperator", lambda: Person(FIVE, folder=made))
+    monkeypatch.setattr(plants, "TerminalOperator", lambda: Person(FIVE, folder=made))
     asked = {
         "agent": "viewer",
         "box": FIVE.name,
@@ -199,7 +199,7 @@ def test_a_rehearsal_is_played_on_the_twins_pictures_that_the_example_takes(tmp_
         typed.put(words)
         taken.get(timeout=60)
 
-    monkeypatch.setattr(sight, "TerminalOperator", lambda: Rehearsing(type_in))
+    monkeypatch.setattr(plants, "TerminalOperator", lambda: Rehearsing(type_in))
     short = {"agent": "human-inspired", "seed": 2, "max_steps": 2}
     by_hand = run_trial(plant=f"manual?camera={tmp_path}", **short)
     by_rules = run_trial(**short)

@@ -47,7 +47,10 @@ def check(
     from lockprobe_robot.hardware.check import check_rig
     from lockprobe_robot.hardware.rig import Rig
 
+    motions: list[FreeMotion] = []
+
     def tell(made: FreeMotion) -> None:
+        motions.append(made)
         way = f"{made.start} to {1 - made.start}"
         measured = f"force {made.force:.1f} N, off by {1000 * made.astray:.1f} mm, {1000 * made.lowest:.0f} mm above"
         if not json:
@@ -60,19 +63,20 @@ def check(
         try:
             if not isinstance(rig, Rig):
                 raise BadValue("plant", plant, _PLANT)
-            found = check_rig(rig, tell=tell)
+            complaints = check_rig(rig, tell=tell)
         finally:
             rig.close()
     except PlantFault as fault:
         raise UserMistake(str(fault)) from None
     if json:
-        print(json_.dumps({**asdict(found), "facts": dict(rig.facts)}))
+        made = [asdict(one) for one in motions]
+        print(json_.dumps({"motions": made, "complaints": complaints, "facts": dict(rig.facts)}))
     else:
-        print(f"Late: {found.late} of {found.commands} commands")
-        force, astray = (max(getattr(one, what) for one in found.motions) for what in ("force", "astray"))
+        print(f"Late: {rig.arm.late} of {rig.arm.commands} commands")
+        force, astray = (max(getattr(one, what) for one in motions) for what in ("force", "astray"))
         print(f"In free air: greatest force {force:.1f} N, off by at most {1000 * astray:.1f} mm")
-        print("\n".join(f"Not good enough: {complaint}." for complaint in found.complaints) or "Good enough.")
-    if found.complaints:
+        print("\n".join(f"Not good enough: {complaint}." for complaint in complaints) or "Good enough.")
+    if complaints:
         raise typer.Exit(NOT_GOOD)
 
 

@@ -82,7 +82,8 @@ class Bounded:
         period: Duration of one call of :meth:`follow`, seconds.
         facts: The limits, for the record.
         stops: Number of stops so far.
-        late: Number of commands of a move that took longer than 1.5 periods.
+        commands: Number of commands of a move, :meth:`follow`.
+        late: Those of them that took longer than 1.5 periods.
 
     Raises:
         BadFile: If the log cannot be written.
@@ -114,7 +115,7 @@ class Bounded:
         self._agreed = False
         self._free: Vector | None = None
         self._last: float | None = None
-        self.stops, self.late = 0, 0
+        self.stops, self.commands, self.late = 0, 0, 0
 
     @property
     def time(self) -> float:
@@ -154,6 +155,7 @@ class Bounded:
             self.fault(f"a speed of {speed:.2f} m/s was commanded, at most {bounds.speed:g} m/s")
         self._call("follow", lambda: self._arm.follow(position, velocity, stiffness=stiffness), bounds.answer)
         self._last = self._clock()
+        self.commands += 1
         self.late += self._last - now > 1.5 * self.period
         self._inside("the tool is", self.position(), _SLACK)
         force = self.force()
@@ -256,7 +258,7 @@ class DriverThread:
     def __init__(self) -> None:
         self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._hangs = ""
-        self._thread: threading.Thread | None = None
+        threading.Thread(target=self._serve, daemon=True, name="driver").start()
 
     def call(self, what: str, work: Callable[[], _T], seconds: float) -> _T:
         """Call a driver with a time-out.
@@ -266,9 +268,6 @@ class DriverThread:
         """
         if self._hangs:
             raise PlantFault(f"{what}: an earlier call hangs ({self._hangs})")
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._serve, daemon=True, name="driver")
-            self._thread.start()
         answer: Future[_T] = Future()
 
         def run() -> None:

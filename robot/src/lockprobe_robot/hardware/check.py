@@ -51,33 +51,17 @@ class FreeMotion:
     lowest: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RigCheck:
-    """The check of a rig.
-
-    Attributes:
-        motions: All motions, in order.
-        commands: Number of commands of a move.
-        late: Those of them that took longer than 1.5 periods.
-        complaints: What is wrong, one sentence each; empty if the arm may touch the board.
-    """
-
-    motions: tuple[FreeMotion, ...]
-    commands: int
-    late: int
-    complaints: tuple[str, ...]
-
-
-def check_rig(rig: Rig, *, tell: Callable[[FreeMotion], None] = lambda made: None) -> RigCheck:
+def check_rig(rig: Rig, *, tell: Callable[[FreeMotion], None]) -> list[str]:
     """Make every joint's motion in both directions above the board.
 
-    The rig's operator has to agree before the first motion. ``tell`` is called after every motion.
+    The rig's operator has to agree before the first motion. ``tell`` is called after every motion. Returned is what is
+    wrong, one sentence each; nothing if the arm may touch the board.
 
     Raises:
         PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle.
             The arm is stopped first.
     """
-    motions, commands, complaints = list[FreeMotion](), 0, list[str]()
+    complaints = list[str]()
     rig.arm.home()
     for joint, name in enumerate(rig.box.names):
         for start in (0, 1):
@@ -85,17 +69,16 @@ def check_rig(rig: Rig, *, tell: Callable[[FreeMotion], None] = lambda made: Non
             above = _ArmAbove(rig.arm, path)
             touch = guarded_move(above, replace(path, points=path.points - HEIGHT * path.axis))
             seen = {"force": above.felt, "astray": above.astray, "lowest": above.lowest}
-            motions.append(FreeMotion(joint=name, start=start, verdict=touch.verdict, **seen))
-            tell(motions[-1])
-            commands += above.commands
+            tell(FreeMotion(joint=name, start=start, verdict=touch.verdict, **seen))
             if touch.verdict != "moved":
                 complaints.append(f"{name} from {start}: the verdict is {touch.verdict}, in free air it is moved")
             if above.astray > MOST_ASTRAY:
                 off = f"{1000 * above.astray:.1f} mm, at most {1000 * MOST_ASTRAY:g} mm"
                 complaints.append(f"{name} from {start}: the hand was off by {off}")
-    if rig.facts["rung"] == "robot" and rig.arm.late > MOST_LATE * commands:  # a simulation may be late
-        complaints.append(f"{rig.arm.late} of {commands} commands were late, at most {MOST_LATE:.0%}")
-    return RigCheck(motions=tuple(motions), commands=commands, late=rig.arm.late, complaints=tuple(complaints))
+    late, commands = rig.arm.late, rig.arm.commands
+    if rig.facts["rung"] == "robot" and late > MOST_LATE * commands:  # a simulation may be late
+        complaints.append(f"{late} of {commands} commands were late, at most {MOST_LATE:.0%}")
+    return complaints
 
 
 class _ArmAbove:
@@ -104,7 +87,7 @@ class _ArmAbove:
     def __init__(self, arm: Bounded, path: HandlePath) -> None:
         self._arm, self._path = arm, path
         self._zero: Vector | None = None
-        self.felt, self.astray, self.lowest, self.period, self.commands = 0.0, 0.0, float("inf"), arm.period, 0
+        self.felt, self.astray, self.lowest, self.period = 0.0, 0.0, float("inf"), arm.period
         self.home, self.reach, self.stop = arm.home, arm.reach, arm.stop
         self.position, self.force = arm.position, arm.force
 
@@ -114,7 +97,6 @@ class _ArmAbove:
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
         self._arm.follow(position, velocity, stiffness=stiffness)
-        self.commands += 1
         tool, force = self._arm.position(), self._arm.force()
         self._zero = force if self._zero is None else self._zero
         self.felt = max(self.felt, float(np.linalg.norm(force - self._zero)))

@@ -22,7 +22,6 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.foundation.inputs import read_input, read_toml
 from lockprobe.foundation.validation import plain
-from lockprobe.plants.manual import Manual, TerminalOperator
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import clear_positions
 from lockprobe.trial.record import Fact, Snapshot
@@ -211,27 +210,3 @@ class CameraSight:
     def close(self) -> None:
         """Release the camera, if it has something to release."""
         call_driver("the camera", getattr(self._camera, "close", lambda: None))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ManualSettings:
-    """The options of ``manual``.
-
-    Attributes:
-        camera: A folder with ``handles.toml`` in which pictures are saved; empty for a person who types what happened.
-    """
-
-    camera: str = ""
-
-
-def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...]) -> Manual:
-    """The plant of a box that a person moves, for one trial, with the terminal as its operator.
-
-    Raises:
-        BadFile: If there is no folder, or no file of handles that fits the box.
-    """
-    sight = None
-    if settings.camera:
-        handles = read_handles(Path(settings.camera, HANDLES_FILE), box)
-        sight = CameraSight(FolderCamera(settings.camera), handles)
-    return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)
