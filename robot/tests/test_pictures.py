@@ -83,16 +83,16 @@ def camera():
 
 
 def look(camera):
-    return camera.look_now()()
+    return camera.looks()[0]()
 
 
 def test_a_moment_can_be_looked_at_until_it_ends_and_a_look_that_is_refused_takes_no_luck(camera):
     seen, other = camera(depth_noise=0.002), camera(depth_noise=0.002)
-    late = seen.look_now()
+    late = seen.looks()[0]
     seen.end_moment()
     with pytest.raises(PlantFault, match="after the next attempt"):
         late()
-    first = seen.look_now()
+    first = seen.looks()[0]
     assert first().depth.tobytes() == look(other).depth.tobytes()
     assert first().rgb.tobytes() == look(other).rgb.tobytes()
     assert seen.facts["renderer"] == renderer()

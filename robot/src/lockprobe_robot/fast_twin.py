@@ -35,11 +35,8 @@ class SimulatedPlant:
 
     def observe(self) -> Snapshot:
         """The truth now."""
-        return Snapshot(
-            configuration=self.joints.configuration(),
-            look=self._camera.look_now(),
-            render=self._camera.look_as_told(),
-        )
+        look, render = self._camera.looks()
+        return Snapshot(configuration=self.joints.configuration(), look=look, render=render)
 
     def attempt(self, joint: int) -> Snapshot:
         """Attempt a joint, by index in panel order.

@@ -70,16 +70,12 @@ class PlantCamera:
         """Engine, settings and the renderer of the last picture (None if there was none), for the record."""
         return {"engine": f"mujoco {mujoco.__version__}", **asdict(self._settings), "renderer": self._drawn_by}
 
-    def look_now(self) -> Callable[[], Frame]:
-        """A function that takes a picture of this moment.
+    def looks(self) -> tuple[Callable[[], Frame], Callable[[Configuration], Frame]]:
+        """A function that takes a picture of this moment, and one that draws the joints as they are told falsely.
 
-        It raises ``PlantFault`` once the moment is over, and ``Missing`` if the renderer does not work here.
+        They raise ``PlantFault`` once the moment is over, and ``Missing`` if the renderer does not work here.
         """
-        return partial(self._look, self._moment, None)
-
-    def look_as_told(self) -> Callable[[Configuration], Frame]:
-        """As :meth:`look_now`, but the function draws the joints in a given configuration, for false pictures."""
-        return partial(self._look, self._moment)
+        return partial(self._look, self._moment, None), partial(self._look, self._moment)
 
     def end_moment(self) -> None:
         """End the present moment and begin the next one."""

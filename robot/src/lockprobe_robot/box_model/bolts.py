@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import mujoco
 
-from lockprobe_robot.box_model.gates import PIN_RADIUS, STROKE, Gate, GateLiteral, blocks_of, pin_of
+from lockprobe_robot.box_model.gates import PIN_RADIUS, STROKE, Gate, blocks_of, pin_of
 from lockprobe_robot.box_model.mounted_joint import ALUMINIUM, MountedJoint
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.geom_groups import HIDDEN, NOTHING
@@ -69,11 +69,41 @@ def add_gates(
                 **_PIECE,
             )
             _touching(spec, f"pin-{number}", f"block-{number}-{piece}")
-        if len(gate.literals) == 1:
-            _gear(spec, f"bolt-{number}", gate.literals[0], panel, names, STROKE)
-        else:
+        gears = [(f"bolt-{number}", literal, STROKE) for literal in gate.literals]
+        if len(gate.literals) != 1:
+            # The bolt is sprung, with a crossbar in the next layer, which every lifter can push up.
             depth -= pitch
-            _add_lifters(spec, body, bolt, number, gate, panel, names, depth)
+            _, (ox, oy) = pin_of(mounted)
+            spring, crossbar = spec.joint(f"bolt-{number}"), f"crossbar-{number}"
+            spring.stiffness, spring.springref = [_SPRING, 0, 0], -_PRELOAD / _SPRING
+            spring.limited, spring.range = True, [0, LIFT + _GAP]
+            bolt.add_geom(
+                name=crossbar,
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=[0.5 * _SPACING * len(gate.literals), 0.004, 0.003],
+                pos=[-_CROSSBAR * ox, -_CROSSBAR * oy, depth - bolt.pos[2]],
+                quat=_turned(math.atan2(-ox, oy)),
+                density=ALUMINIUM,
+                **_PIECE,
+            )
+            gears = [(f"lifter-{number}-{index}", literal, LIFT) for index, literal in enumerate(gate.literals)]
+            for index, (name, _, _) in enumerate(gears):
+                aside = (index - (len(gears) - 1) / 2) * _SPACING
+                lifter = _add_bolt(body, name, mounted, depth, back=_CROSSBAR + 0.004 + PIN_RADIUS + _GAP, aside=aside)
+                lifter.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
+                _touching(spec, name, crossbar, _YIELDING)
+        for name, (joint, position), stroke in gears:  # so that a bolt is fully retracted while the literal holds
+            ratio = stroke / panel.mounted_joints[joint].travel
+            start, slope = (0.0, ratio) if position else (stroke, -ratio)
+            spec.add_equality(
+                type=mujoco.mjtEq.mjEQ_JOINT,
+                objtype=mujoco.mjtObj.mjOBJ_JOINT,
+                name1=name,
+                name2=names[joint],
+                data=[start, slope] + [0.0] * 10,
+                solref=FIRM_REFERENCE,
+                solimp=FIRM,
+            )
         depth -= pitch
 
 
@@ -105,61 +135,6 @@ def _add_bolt(
         solimp_limit=_YIELDING,
     )
     return part
-
-
-def _add_lifters(
-    spec: mujoco.MjSpec,
-    body: mujoco.MjsBody,
-    bolt: mujoco.MjsBody,
-    number: int,
-    gate: Gate,
-    panel: PanelLayout,
-    names: Sequence[str],
-    depth: float,
-) -> None:
-    """Add a sprung bolt with a crossbar in the next layer, which every lifter can push up."""
-    mounted = panel.mounted_joints[gate.joint]
-    (_, _), (ox, oy) = pin_of(mounted)
-    spring = spec.joint(f"bolt-{number}")
-    spring.stiffness = [_SPRING, 0, 0]
-    spring.springref = -_PRELOAD / _SPRING
-    spring.limited, spring.range = True, [0, LIFT + _GAP]
-    half = 0.5 * _SPACING * len(gate.literals)
-    crossbar = f"crossbar-{number}"
-    bolt.add_geom(
-        name=crossbar,
-        type=mujoco.mjtGeom.mjGEOM_BOX,
-        size=[half, 0.004, 0.003],
-        pos=[-_CROSSBAR * ox, -_CROSSBAR * oy, depth - bolt.pos[2]],
-        quat=_turned(math.atan2(-ox, oy)),
-        density=ALUMINIUM,
-        **_PIECE,
-    )
-    for index, literal in enumerate(gate.literals):
-        name = f"lifter-{number}-{index}"
-        aside = (index - (len(gate.literals) - 1) / 2) * _SPACING
-        lifter = _add_bolt(body, name, mounted, depth, back=_CROSSBAR + 0.004 + PIN_RADIUS + _GAP, aside=aside)
-        lifter.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[PIN_RADIUS, 0, 0], **_BOLT)
-        _touching(spec, name, crossbar, _YIELDING)
-        _gear(spec, name, literal, panel, names, LIFT)
-
-
-def _gear(
-    spec: mujoco.MjSpec, bolt: str, literal: GateLiteral, panel: PanelLayout, names: Sequence[str], stroke: float
-) -> None:
-    """Couple a bolt to a joint by an equality constraint, so that it is fully retracted while the literal holds."""
-    joint, position = literal
-    ratio = stroke / panel.mounted_joints[joint].travel
-    start, slope = (0.0, ratio) if position else (stroke, -ratio)
-    spec.add_equality(
-        type=mujoco.mjtEq.mjEQ_JOINT,
-        objtype=mujoco.mjtObj.mjOBJ_JOINT,
-        name1=bolt,
-        name2=names[joint],
-        data=[start, slope] + [0.0] * 10,
-        solref=FIRM_REFERENCE,
-        solimp=FIRM,
-    )
 
 
 def _touching(spec: mujoco.MjSpec, first: str, second: str, impedance: Sequence[float] = FIRM) -> None:

@@ -81,15 +81,10 @@ def gates_of(box: Lockbox) -> tuple[Gate, ...]:
             # without gates that are always open, and those that are open whenever another one is
             both = {gate for gate in both if not any((other, not position) in gate for other, position in gate)}
             wanted = {gate for gate in both if not any(other < gate for other in both)}
-            _refuse_above(box, len(wanted) - 1)
+            if (many := len(gates) + len(wanted)) > MAX_GATES:
+                raise BadValue(f"interlock of {box.name}", f"{many} gates or more", f"one of at most {MAX_GATES} gates")
         gates += [Gate(joint=joint, literals=found) for found in sorted(tuple(sorted(gate)) for gate in wanted)]
-        _refuse_above(box, len(gates))
     return tuple(gates)
-
-
-def _refuse_above(box: Lockbox, gates: int) -> None:
-    if gates > MAX_GATES:
-        raise BadValue(f"interlock of {box.name}", f"{gates} gates or more", f"one of at most {MAX_GATES} gates")
 
 
 def pin_of(mounted: MountedJoint) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -8,10 +8,11 @@ so.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Literal
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import LockprobeError, PlantFault
@@ -23,8 +24,6 @@ from lockprobe_robot.arm.guarded_move import TouchVerdict, guarded_move
 from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.calibration.calibration_file import array_of, calibration_for
 from lockprobe_robot.hardware.bounds import Bounded
-
-_T = TypeVar("_T")
 
 
 def calibrated_board(box: Lockbox, path: Path | str) -> tuple[PanelLayout, Mapping[str, Fact]]:
@@ -108,7 +107,8 @@ class Rig:
             UserMistake: If the operator stops before the trial begins.
         """
         if self._configuration is None:
-            self._stopping(self._begin)
+            with self._stopping():
+                self._begin()
             self._configuration = self.box.initial
         return Snapshot(configuration=self._configuration, look=self._look)
 
@@ -121,8 +121,9 @@ class Rig:
         before = self._configuration
         assert before is not None
         path = self.panel.handle_path(joint, before[joint])
-        touch = self._stopping(lambda: guarded_move(self.arm, path))
-        after = self._configuration = self._stopping(lambda: self._after(joint, before, touch.verdict))
+        with self._stopping():
+            touch = guarded_move(self.arm, path)
+            after = self._configuration = self._after(joint, before, touch.verdict)
         return Snapshot(
             configuration=after,
             joint=joint,
@@ -137,10 +138,11 @@ class Rig:
         if self._sight is not None:
             self._sight.close()
 
-    def _stopping(self, work: Callable[[], _T]) -> _T:
-        """Do something that stops the arm if it fails."""
+    @contextmanager
+    def _stopping(self) -> Iterator[None]:
+        """What fails within it stops the arm."""
         try:
-            return work()
+            yield
         except LockprobeError:
             self.arm.stop()
             raise
