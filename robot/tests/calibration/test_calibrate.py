@@ -13,7 +13,7 @@ from box_model.scenes import scene_of
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.box_model.tag_layout import QUIET_ZONE, TAG_SIDE, place_tags
 from lockprobe_robot.calibration.calibrate import BoardView, solved
-from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, array_of, calibration_for
+from lockprobe_robot.calibration.calibration_file import VIEWS_FILE, Calibration, array_of
 from lockprobe_robot.geom_groups import NOTHING
 from lockprobe_robot.renderer import Renderer
 from scipy.spatial.transform import Rotation
@@ -120,7 +120,7 @@ def test_a_calibration_finds_camera_and_board_and_names_what_it_refuses(pictures
     assert len(refused) == 2
     for part in ("chain-2: 10 of 12 views used", "hold-out error: ", "worst view", str(tmp_path / "c.json")):
         assert part in done.stdout
-    found = calibration_for(tmp_path / "c.json", PANEL)
+    found = Calibration.model_validate_json((tmp_path / "c.json").read_text())
     assert 1000 * np.linalg.norm((array_of(found.camera_in_hand) - eye())[:3, 3]) < 2.0
     assert 1000 * np.linalg.norm((array_of(found.board_in_base) - PANEL.pose)[:3, 3]) < 2.0
     assert found.held_out_mm < 2.0

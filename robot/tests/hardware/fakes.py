@@ -3,8 +3,9 @@
 import numpy as np
 from drawn_board import HANDLES, HEIGHT, WIDTH, board
 from lockprobe_robot.box_model.panel import lay_out_panel
+from lockprobe_robot.calibration.calibration_file import calibrated_board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
-from lockprobe_robot.hardware.rig import Rig, calibrated_board
+from lockprobe_robot.hardware.rig import Rig
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 

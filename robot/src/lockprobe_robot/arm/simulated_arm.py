@@ -78,7 +78,7 @@ class SimulatedArm:
         self._rows, self._weighted = np.zeros((6, model.nv)), np.zeros((6, model.nv))
         self._null, self._age = np.zeros(JOINTS), 0
         self._inertia: NDArray[np.float64] = np.eye(6)
-        self._pull = np.zeros(6)
+        self._tension = np.zeros(6)
         self._solver = InverseKinematics(model)
         self._noise, self._rng = force_noise, rng
         self._after_step = after_step
@@ -126,8 +126,7 @@ class SimulatedArm:
         self._velocity = np.array(velocity)
         total = np.zeros(3)
         for _ in range(_STEPS_PER_PERIOD):
-            mujoco.mj_step1(self._model, self._data)
-            self._step(self._pulled(point, velocity, acceleration, stiffness))
+            self._pull(point, velocity, acceleration, stiffness)
             point += stride
             total += self._reading
         self._read(total / _STEPS_PER_PERIOD)
@@ -183,12 +182,11 @@ class SimulatedArm:
         self._age = 0
         self._step(self._product[self._dofs])
 
-    def _pulled(
-        self, position: Vector, velocity: Vector, acceleration: Vector, stiffness: float
-    ) -> NDArray[np.float64]:
-        """Torques that pull the tool towards a moving point and the orientation that it keeps."""
+    def _pull(self, position: Vector, velocity: Vector, acceleration: Vector, stiffness: float) -> None:
+        """Pull the tool for one step towards a moving point and the orientation that it keeps."""
+        mujoco.mj_step1(self._model, self._data)
         mujoco.mj_jacSite(self._model, self._data, self._linear, self._angular, self._site)
-        jacobian, speeds, pull = self._j, self._speeds, self._pull
+        jacobian, speeds, pull = self._j, self._speeds, self._tension
         twist = jacobian @ speeds
         error = position - self._tool
         if (size := math.sqrt(error @ error)) > _LONGEST_ERROR:
@@ -206,8 +204,7 @@ class SimulatedArm:
         self._age = (self._age + 1) % _REFRESH_EVERY
         pull += self._inertia[:, :3] @ acceleration
         keep = self._null @ (_POSTURE_STIFFNESS * (self._posture - self._joints) - _POSTURE_DAMPING * speeds)
-        torques: NDArray[np.float64] = pull @ jacobian + keep * self._null
-        return torques
+        self._step(pull @ jacobian + keep * self._null)
 
     def _step(self, torques: NDArray[np.float64]) -> None:
         """Complete a step with torques, within the motors' limits, on top of those that hold the arm's weight."""

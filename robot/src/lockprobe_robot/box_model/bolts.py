@@ -40,8 +40,8 @@ _STEEL = (0.6, 0.62, 0.65, 1.0)
 
 def case_depth(gates: Sequence[Gate]) -> float:
     """Depth that the case behind the board needs, metres."""
-    layers = _layers(gates)
-    return 0.03 + (layers * _pitch(layers) if layers else 0.02)
+    layers, pitch = _layers(gates)
+    return 0.03 + (layers * pitch if layers else 0.02)
 
 
 def add_gates(
@@ -51,8 +51,7 @@ def add_gates(
 
     The bolt of gate 2 is the joint ``bolt-2``; the lifters of a gate with several literals: ``lifter-2-0``, ...
     """
-    pitch = _pitch(_layers(gates))
-    depth = -_FIRST
+    (_, pitch), depth = _layers(gates), -_FIRST
     for number, gate in enumerate(gates):
         mounted = panel.mounted_joints[gate.joint]
         bolt = _add_bolt(body, f"bolt-{number}", mounted, depth)
@@ -111,13 +110,10 @@ _PIECE = {"rgba": _STEEL, "group": HIDDEN, "contype": NOTHING, "conaffinity": NO
 _BOLT = {"mass": _BOLT_MASS, **_PIECE}
 
 
-def _layers(gates: Sequence[Gate]) -> int:
-    return sum(1 if len(gate.literals) == 1 else 2 for gate in gates)
-
-
-def _pitch(layers: int) -> float:
-    """Thickness of a layer; many layers are thinner."""
-    return min(_PITCH, _DEEPEST / max(layers, 1))
+def _layers(gates: Sequence[Gate]) -> tuple[int, float]:
+    """The number of layers, and the thickness of each: many are thinner."""
+    layers = sum(1 if len(gate.literals) == 1 else 2 for gate in gates)
+    return layers, min(_PITCH, _DEEPEST / max(layers, 1))
 
 
 def _add_bolt(

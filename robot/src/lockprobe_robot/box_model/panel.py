@@ -152,22 +152,9 @@ def _laid_out(
             [f for f in mounting_choices(joint.kind, (float(x), float(y))) if (np.abs(f.room()) <= half).all()]
             for joint, (x, y) in zip(joints, where, strict=True)
         ]
-        if not all(choices):
+        mounted_joints = _compatible(choices)
+        if mounted_joints is None:
             continue
-        paths = [np.array([f.path() for f in options]) for options in choices]
-        rooms = [np.array([f.room() for f in options]) for options in choices]
-        fits = {
-            (i, j): (_nearest(paths[i], paths[j]) >= _CLEARANCE) & (_nearest(rooms[i], rooms[j]) >= _ROOM)
-            for i in range(len(choices))
-            for j in range(i)
-        }
-        found = _chosen(
-            [range(len(options)) for options in choices],
-            lambda taken, option, fits=fits: all(fits[len(taken), j][option, other] for j, other in enumerate(taken)),
-        )
-        if found is None:
-            continue
-        mounted_joints = tuple(options[option] for options, option in zip(choices, found, strict=True))
         for share in _LETTERS:
             letter = share * max(size[0], _ASPECT * size[1])
             labels = _labelled(mounted_joints, size, letter, angle)
@@ -194,6 +181,25 @@ def _nearest(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray
     least = squared.reshape(len(first), first.shape[1], len(second), -1).min((1, 3))
     distances: NDArray[np.float64] = np.sqrt(np.maximum(least, 0))
     return distances
+
+
+def _compatible(choices: Sequence[Sequence[MountedJoint]]) -> tuple[MountedJoint, ...] | None:
+    """A mounting for each joint without collisions, or None; by depth-first search, preferred mountings first."""
+    count = len(choices)
+    if not all(choices):
+        return None
+    paths = [np.array([f.path() for f in options]) for options in choices]
+    rooms = [np.array([f.room() for f in options]) for options in choices]
+    fits = {
+        (i, j): (_nearest(paths[i], paths[j]) >= _CLEARANCE) & (_nearest(rooms[i], rooms[j]) >= _ROOM)
+        for i in range(count)
+        for j in range(i)
+    }
+    found = _chosen(
+        [range(len(options)) for options in choices],
+        lambda taken, option: all(fits[len(taken), j][option, other] for j, other in enumerate(taken)),
+    )
+    return None if found is None else tuple(options[option] for options, option in zip(choices, found, strict=True))
 
 
 def _chosen(options: Sequence[Sequence[_T]], fits: Callable[[list[_T], _T], bool]) -> tuple[_T, ...] | None:

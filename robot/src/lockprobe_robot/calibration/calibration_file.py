@@ -15,6 +15,9 @@ robot/docs/robot.md describes every key.
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, TypeVar
 
@@ -23,11 +26,13 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 from scipy.spatial.transform import Rotation
 
+from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.foundation.validation import plain
-from lockprobe_robot.box_model.panel import PanelLayout
+from lockprobe.trial.record import Fact
+from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.box_model.tag_layout import board_checksum
 
 VIEWS_FILE = "views.json"
@@ -167,17 +172,24 @@ def read_views(folder: Path) -> Views:
     return found
 
 
-def calibration_for(path: Path, panel: PanelLayout) -> Calibration:
-    """Read a calibration and check that a study may rely on it.
+def calibrated_board(box: Lockbox, path: Path | str) -> tuple[PanelLayout, Mapping[str, Fact]]:
+    """A board at the pose that ``lockprobe rig calibrate`` found, and how it was found, for the record.
+
+    Call it before the robot is connected, so that an unreliable calibration refuses the study before the first motion.
 
     Raises:
-        BadFile: If it cannot be read, is not of this board, or has a hold-out error above :data:`TOLERATED_MM`.
+        BadFile: If the calibration cannot be read, belongs to another board, or has a hold-out error above
+            :data:`TOLERATED_MM`.
     """
-    found = _read(Calibration, path)
-    again = "run lockprobe rig calibrate again"
+    path, panel = Path(path), lay_out_panel(box)
+    found, again = _read(Calibration, path), "run lockprobe rig calibrate again"
     if found.board != board_checksum(panel):
         raise BadFile(path, f"a calibration of another board (box {printable(found.box)}): {again}")
     if not found.held_out_mm <= TOLERATED_MM:
         error_mm = f"hold-out error {found.held_out_mm:.1f} mm, but the arm tolerates {TOLERATED_MM:g} mm"
         raise BadFile(path, f"{error_mm}: {again} with more views and more rotation")
-    return found
+    facts: dict[str, Fact] = {
+        "calibration_sha256": hashlib.sha256(read_input(path)).hexdigest(),
+        "calibration_held_out_mm": round(found.held_out_mm, 3),
+    }
+    return replace(panel, pose=array_of(found.board_in_base)), facts

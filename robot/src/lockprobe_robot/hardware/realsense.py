@@ -43,13 +43,12 @@ class RealSense:
         config.enable_device(serial)
         config.enable_stream(rs.stream.color, *_SIZE, rs.format.rgb8, _RATE)
         config.enable_stream(rs.stream.depth, *_SIZE, rs.format.z16, _RATE)
-        pipeline = rs.pipeline()
-        profile = pipeline.start(config)
-        self._source = pipeline
+        self._source = rs.pipeline()
+        profile = self._source.start(config)
         self._metres = float(profile.get_device().first_depth_sensor().get_depth_scale())
         self._align: Any = rs.align(rs.stream.color)
         for _ in range(_WARM_UP):
-            pipeline.wait_for_frames(_MILLISECONDS)
+            self._source.wait_for_frames(_MILLISECONDS)
 
     def grab(self) -> Shot:
         """The scene now.

@@ -7,40 +7,18 @@ so.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
-from pathlib import Path
 from typing import Literal
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import LockprobeError, PlantFault
-from lockprobe.foundation.inputs import read_input
 from lockprobe.plants.manual import Operator, Sight, ask_to_begin
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.arm.guarded_move import TouchVerdict, guarded_move
-from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
-from lockprobe_robot.calibration.calibration_file import array_of, calibration_for
+from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.hardware.bounds import Bounded
-
-
-def calibrated_board(box: Lockbox, path: Path | str) -> tuple[PanelLayout, Mapping[str, Fact]]:
-    """A board at the pose that ``lockprobe rig calibrate`` found, and how it was found, for the record.
-
-    Call it before the robot is connected, so that an unreliable calibration refuses the study before the first motion.
-
-    Raises:
-        BadFile: If the calibration cannot be read, belongs to another board, or has a hold-out error above 4 mm.
-    """
-    panel = lay_out_panel(box)
-    found = calibration_for(Path(path), panel)
-    facts: dict[str, Fact] = {
-        "calibration_sha256": hashlib.sha256(read_input(Path(path))).hexdigest(),
-        "calibration_held_out_mm": round(found.held_out_mm, 3),
-    }
-    return replace(panel, pose=array_of(found.board_in_base)), facts
 
 
 class Rig:
