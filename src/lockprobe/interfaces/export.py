@@ -11,6 +11,7 @@ import json
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -19,13 +20,14 @@ from typing import IO, Any, Literal, get_args
 from lockprobe.foundation.errors import BadFile, BadValue, needing
 from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.foundation.terminal_text import one_line, readable
-from lockprobe.people.diary import Answers, Attempt, Diary, Did, acts_of_steps, read_diaries, seconds_of_trials
+from lockprobe.people.diary import Answers, Attempt, Diary, Did, acts_of_steps, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import played
+from lockprobe.studies.records.store import read
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Trial
@@ -41,15 +43,6 @@ Cell = str | int | float
 """An empty text where a value is missing."""
 
 _COLUMNS: Mapping[str, Mapping[str, Any]] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text("utf-8"))
-
-_DATATYPES: Mapping[str, dict[str, Any]] = {
-    "text": {"base": "string"},
-    "bits": {"base": "string"},
-    "mark": {"base": "integer", "minimum": 0, "maximum": 1},
-    "count": {"base": "integer", "minimum": 1},
-    "number": {"base": "number", "minimum": 0},
-}
-"""Kind of a column -> the type of its cells (W3C, CSV on the Web), if it says nothing else."""
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\n")
 """Beginnings of cells that a spreadsheet reads as formulas."""
@@ -101,7 +94,7 @@ class Table:
             bounds = {bound: facts[bound] for bound in ("minimum", "maximum") if bound in facts}
             unit = {"schema:unitText": facts["unit"]} if "unit" in facts else {}
             kept = {"name": column, "titles": column, "dc:description": facts["meaning"]} | unit
-            described.append(kept | {"datatype": _DATATYPES[facts["kind"]] | bounds})
+            described.append(kept | {"datatype": _COLUMNS["kinds"][facts["kind"]] | bounds})
         dictionary = {
             "@context": "http://www.w3.org/ns/csvw",
             "url": path.name,
@@ -278,13 +271,14 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
     if name == "steps":
         return steps_table(trials, acts)
     if name == "trials":
-        return trials_table(trials, seconds_of_trials(study, diaries))
+        with read(directory) as store:
+            seconds = dict(store.rows("select key, round(seconds, 3) from trial where current and player != ''"))
+        return trials_table(trials, seconds)
     if not diaries:
         raise BadFile(directory, f"nobody took part in this study, so it has no table of {name}")
-    if name == "acts":
-        return Table("acts", lambda: _acts(study, diaries, acts))
-    if name == "answers":
-        return Table("answers", lambda: _answers(diaries, kept_experiment(directory)))
+    if name != "participants":
+        rows = partial(_acts, study, diaries, acts, kept_experiment(directory))
+        return Table(name, rows if name == "acts" else lambda: (row for row in rows() if "answer" in row))
     named = sorted({name for kept in diaries for name in kept.joined.platform})
     platform = {
         f"platform_{name}": {"meaning": f"{name}, as the recruitment platform gave it in the URL."} for name in named
@@ -326,14 +320,20 @@ def _participant(kept: Diary) -> Row:
     } | {f"platform_{name}": value for name, value in joined.platform.items()}
 
 
-def _acts(study: Study, diaries: list[Diary], acts: Mapping[tuple[str, int], Did]) -> Iterator[Row]:
-    recorded = set(map(id, acts.values()))
+def _acts(
+    study: Study, diaries: list[Diary], acts: Mapping[tuple[str, int], Did], experiment: Experiment | None
+) -> Iterator[Row]:
+    """A row per act, with what the table of acts says of it and what that of answers does."""
+    recorded, asked = set(map(id, acts.values())), dict[tuple[str, str], str]()
+    if experiment is not None:
+        asked |= {("check", str(number)): check.question for number, check in enumerate(experiment.checks, 1)}
+        asked |= {("ask", question.name): question.question for question in experiment.questions}
     for kept in diaries:
         keys = {box: kept.key(study, box) for box in range(len(kept.joined.slots) + 1)}
         for did in kept.lines:
             if did.scene == "late":
                 continue
-            row = _named(did, "turn", "at") | {
+            row = _named(did, "turn", "at", "right") | {
                 "participant": kept.identity,
                 "scene": did.scene if did.act else "broken",
                 "position": did.box,
@@ -352,21 +352,7 @@ def _acts(study: Study, diaries: list[Diary], acts: Mapping[tuple[str, int], Did
                     "window_width": width,
                     "window_height": height,
                 }
+            elif isinstance(did.act, Answers) and did.scene in ("check", "ask"):
+                question = asked.get((did.scene, did.item))
+                row |= {"name": did.item, "question": question, "answer": did.act.answers[0]}
             yield row
-
-
-def _answers(diaries: list[Diary], experiment: Experiment | None) -> Iterator[Row]:
-    asked = dict[tuple[str, str], str]()
-    if experiment is not None:
-        asked |= {("check", str(number)): check.question for number, check in enumerate(experiment.checks, 1)}
-        asked |= {("ask", question.name): question.question for question in experiment.questions}
-    for kept in diaries:
-        for did in kept.lines:
-            if isinstance(did.act, Answers) and did.scene in ("check", "ask"):
-                yield _named(did, "scene", "right", "at") | {
-                    "participant": kept.identity,
-                    "name": did.item,
-                    "question": asked.get((did.scene, did.item)),
-                    "answer": did.act.answers[0],
-                    "rt_ms": did.act.rt,
-                }

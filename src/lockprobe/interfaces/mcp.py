@@ -149,8 +149,7 @@ class ToolSession:
             try:
                 yield session
             finally:
-                if session._trial is not None:
-                    await session._trial.close()
+                await session._let_go()
 
     @property
     def owed(self) -> int:
@@ -188,18 +187,17 @@ class ToolSession:
                 about = known.get(name)
                 if about is None:
                     why = f"{tool} has no argument {name[:40]!r}; it takes {', '.join(known) or 'no argument'}"
-                elif not isinstance(value, str):
-                    why = f"{name}: expected text, got {type(value).__name__}"
                 elif value not in about.get("enum", [value]):
-                    why = f"{name}: {value[:40]!r} is none of {', '.join(about['enum'])}"
-                elif len(value) > about.get("maxLength", len(value)):
-                    why = f"{name}: at most {about['maxLength']} characters"
+                    why = f"{name}: {str(value)[:40]!r} is none of {', '.join(about['enum'])}"
+                elif not isinstance(value, str) or len(value) > about.get("maxLength", len(value)):
+                    why = f"{name}: a text of at most {about['maxLength']} characters"
                 else:
                     texts[name] = value
                     continue
                 raise CallRefused(f"{why}. This call did nothing.")
             return await (self._observe(facts) if tool == "observe" else self._attempt(texts))
         except (BadFile, BadValue) as error:  # said without the path
+            await self._let_go()  # an attempt that is not written has not been made
             _log.error("%s", error)  # for whoever started the server
             said = "The server cannot write or read its records. Call observe to see where the trial stands."
             raise CallRefused(said) from error
@@ -241,12 +239,8 @@ class ToolSession:
             if trial.trial is not None:  # it was over and had not been recorded, or its box broke
                 self._record(trial)
             else:
-                try:
-                    self._log.write(plan.key, "begun")
-                except BadFile:
-                    await trial.close()
-                    raise
                 self._trial = trial
+                self._log.write(plan.key, "begun")
             self._begun = position
         assert self._trial.situation is not None
         past = self._trial.situation.past  # of a trial that goes on
@@ -275,13 +269,8 @@ class ToolSession:
             raise CallRefused('last_action is missing: "moved" or "did not move". This call did nothing.')
         step = RecordedAttempt(given["joint"], claimed, hypothesis=without_keys(given.get("hypothesis", "")))
         told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
-        try:
-            if trial.sound:
-                self._log.write(trial.plan.key, "attempt", step._replace(told=told))
-        except BadFile:  # an attempt that is not written has not been made
-            self._trial = None
-            await trial.close()
-            raise
+        if trial.sound:
+            self._log.write(trial.plan.key, "attempt", step._replace(told=told))
         if trial.trial is None:
             assert trial.situation is not None
             return _reply(trial.situation)
@@ -292,6 +281,12 @@ class ToolSession:
             f"{OVER} {after}" if trial.sound else "The box broke, so this trial does not count. Call observe to go on."
         )
         return [types.TextContent(text=end)]
+
+    async def _let_go(self) -> None:
+        """Drop the paused trial from memory; it is replayed when it is needed."""
+        trial, self._trial = self._trial, None
+        if trial is not None:
+            await trial.close()
 
     def _record(self, trial: PausedTrial) -> None:
         """Write a finished trial, unless it is on record."""

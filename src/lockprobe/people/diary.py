@@ -363,16 +363,6 @@ def acts_of_steps(
     return found
 
 
-def seconds_of_trials(study: Study, diaries: Iterable[Diary]) -> dict[str, float]:
-    """How long each finished box took its participant, from when it was shown to its last step, by its key."""
-    return {
-        diary.key(study, box): round(diary.seconds(box), 3)
-        for diary in diaries
-        for box, steps in diary.steps.items()
-        if box and steps[-1].ended
-    }
-
-
 def flow_of(diaries: Sequence[Diary], gone: int) -> dict[str, int]:
     """How far participants came, for a report: dropout can bias every other number. Empty where nobody took part.
 
