@@ -131,10 +131,10 @@ class Player:
     def _stream(self, scene: Parts, identity: str | None):
         """The random stream of the strategy in a box, looked up once; any stream in a preview, of which nothing is kept."""
         if (identity, scene.number) not in self._streams:
-            known = [diary.joined for diary in read_diaries(self._directory) if diary.identity == identity]
+            known = [diary for diary in read_diaries(self._directory) if diary.identity == identity]
             if not known:
                 return np.random.default_rng
-            luck = known[0].slots[max(0, scene.number - 1)].plan(self._study, identity).luck
+            luck = known[0].plan(self._study, max(1, scene.number)).luck
             self._streams[identity, scene.number] = partial(luck.at, "agent" if scene.number else "practice")
         return self._streams[identity, scene.number]
 

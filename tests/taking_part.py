@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import count
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.people.diary import Answers, Attempt, Did, Joined, Slot, write_entry
+from lockprobe.people.diary import Answers, Attempt, Diary, Did, Joined, Slot, write_entry
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.trial_setup import play_timed
 
@@ -44,7 +44,8 @@ def take_part(
     finished, turns, words = [], count(2), "en 3f9a01bc22d1"  # to agree is the first
     with Journal.open(directory, study) as journal:
         known = {"token": "f" * 64, "at": joined, "platform": platform or {}, "slots": places, "words": words}
-        write_entry(journal.store, identity, 1, Joined(identity=identity, **known))
+        diary = Diary(Joined(identity=identity, **known), [])
+        write_entry(journal.store, identity, 1, diary.joined)
 
         def did(scene, act, **more):
             turn = next(turns)
@@ -54,8 +55,8 @@ def take_part(
         did("page", READ, item="1")
         did("box", Attempt(joint="A", rt=900.5), box=0, step=1, told="A moved.", ended="solved")
         did("over", READ, box=0)
-        for box, slot in enumerate(places, 1):
-            trial, _ = asyncio.run(play_timed(slot.plan(study, identity), resolve("human-inspired").make()))
+        for box, _ in enumerate(places, 1):
+            trial, _ = asyncio.run(play_timed(diary.plan(study, box), resolve("human-inspired").make()))
             facts = {"view": "panel", "words": words, "page": "1", "position": box, "design": "within"}
             trial, leaves = replace(trial, facts=facts), left_after if box == len(places) else None
             for step in trial.steps[:leaves]:

@@ -1,5 +1,6 @@
 """A command as typed, in this process."""
 
+import asyncio
 import contextlib
 import io
 import subprocess
@@ -24,16 +25,16 @@ def typed_here(*words):
 
     People's server stops as soon as people could come.
     """
-    from lockprobe.people.web import app
 
-    async def serve(*asked, announce):
-        async with app.opened(*asked) as (where, state):
-            announce(where, state)
+    @contextlib.contextmanager
+    def at_once():
+        (stopped := asyncio.Event()).set()
+        yield stopped
 
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
     arguments = ["lockprobe", *map(str, words)]
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        patch.setattr(app, "serve", serve)
+        patch.setattr("lockprobe.foundation.http_server.stop_signals", at_once)
         patch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
         patch.setattr("sys.argv", arguments)
         with pytest.raises(SystemExit) as ended:

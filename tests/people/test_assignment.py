@@ -155,7 +155,9 @@ def persons(asked=None, experiment=None, p=(0, 0.4), people=80):
     )
     for person, slots in enumerate(joining(planned, experiment, people)[0]):
         identity = f"{person:08x}"
-        yield practice_plan(planned, experiment, identity).box, [slot.plan(planned, identity).box for slot in slots]
+        theirs = diary_of(slots, slots)
+        boxes = [theirs.plan(planned, box).box for box, _ in enumerate(slots, 1)]
+        yield practice_plan(planned, experiment, identity).box, boxes
 
 
 def steps_from_right(box, budget):

@@ -113,8 +113,7 @@ def test_every_step_of_the_record_has_its_act_and_no_other_has(there):
             act = found[trial.key, step.step]
             assert (act.act.joint, act.act.claimed, act.told) == (step.decision.joint, step.decision.claimed, step.told)
     ann = read_diaries(there)[0]
-    assert ann.key(STUDY, 1) == "flips/participant/flip?p=0.4/rep=1/trial=1"
-    assert ann.key(STUDY, 0) == ""  # practice is no trial of the study
+    assert ann.plan(STUDY, 1).key == "flips/participant/flip?p=0.4/rep=1/trial=1"
     rewrite_acts(there, "cccc03", [acts(there, BOB)[0] | {"identity": "cccc03"}])  # whose box bob played
     assert behind(there) == found
 

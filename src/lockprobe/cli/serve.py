@@ -107,8 +107,9 @@ def serve(
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
     with needing("pages for people", "web"):
+        from lockprobe.foundation.http_server import stop_signals
         from lockprobe.people.web.address import Address
-        from lockprobe.people.web.app import serve as until_stopped
+        from lockprobe.people.web.app import opened
     words = read_words(experiment.language)
 
     def announce(where: Any, state: Any) -> None:
@@ -139,7 +140,14 @@ def serve(
         print(f"Ctrl-C stops; the same command resumes. Hash of the settings: {planned.settings_hash}", flush=True)
 
     door = Address(host=host, port=port, public=public_url.rstrip("/"), allowed=tuple(allow_host or ()))
-    asyncio.run(until_stopped(directory, planned, experiment, words, door, announce=announce))
+
+    async def until_stopped() -> None:
+        async with opened(directory, planned, experiment, words, door) as (where, state):
+            with stop_signals() as stopped:
+                announce(where, state)
+                await stopped.wait()
+
+    asyncio.run(until_stopped())
     if not json:
         print("Stopped. The same command resumes; everybody continues where they were.")
 

@@ -56,27 +56,19 @@ class Table:
     Args:
         name: Its name in ``columns.toml``.
         rows: Gives all rows, as often as it is called.
-        more: Further columns, described as there.
 
     Attributes:
         columns: Its columns, each with what describes it; optional ones without a value in any row are left out.
     """
 
-    def __init__(
-        self, name: str, rows: Callable[[], Iterable[Row]], more: Mapping[str, Mapping[str, Any]] = _NONE
-    ) -> None:
+    def __init__(self, name: str, rows: Callable[[], Iterable[Row]]) -> None:
         self._about, self._rows = f"A row is {_COLUMNS['rows'][name]}.", rows
         shared = ("trial", name, "person") if name in ("steps", "trials") else (name,)
-        columns = {column: facts for part in shared for column, facts in _COLUMNS[part].items()} | {**more}
-        left = {column for column, facts in columns.items() if facts.get("optional")}
-        for row in rows() if left else ():
-            left -= {column for column in left if _cell(row.get(column)) != ""}
-        self.columns: dict[str, dict[str, Any]] = {}
-        for column, facts in columns.items():
-            if column not in left:
-                kind, means = facts.get("kind", "text"), facts["meaning"]
-                meaning = f"1 or 0: {means}" if kind == "mark" else means
-                self.columns[column] = {"kind": kind, **facts, "meaning": meaning}
+        columns = {name: {"kind": "text", **facts} for part in shared for name, facts in _COLUMNS[part].items()}
+        empty = {column for column, facts in columns.items() if facts.get("optional")}
+        for row in rows() if empty else ():
+            empty -= {column for column in empty if _cell(row.get(column)) != ""}
+        self.columns = {column: facts for column, facts in columns.items() if column not in empty}
 
     def rows(self) -> Iterator[dict[str, Cell]]:
         """The cells of each row by column: a mark as 1 or 0, a text without what would steer a terminal."""
@@ -93,7 +85,8 @@ class Table:
         for column, facts in self.columns.items():
             bounds = {bound: facts[bound] for bound in ("minimum", "maximum") if bound in facts}
             unit = {"schema:unitText": facts["unit"]} if "unit" in facts else {}
-            kept = {"name": column, "titles": column, "dc:description": facts["meaning"]} | unit
+            meaning = "1 or 0: " * (facts["kind"] == "mark") + facts["meaning"]
+            kept = {"name": column, "titles": column, "dc:description": meaning} | unit
             described.append(kept | {"datatype": _COLUMNS["kinds"][facts["kind"]] | bounds})
         dictionary = {
             "@context": "http://www.w3.org/ns/csvw",
@@ -279,11 +272,11 @@ def table_of(directory: Path, name: TableName, *, platform_ids: bool = False) ->
     if name != "participants":
         rows = partial(_acts, study, diaries, acts, kept_experiment(directory))
         return Table(name, rows if name == "acts" else lambda: (row for row in rows() if "answer" in row))
-    named = sorted({name for kept in diaries for name in kept.joined.platform})
-    platform = {
-        f"platform_{name}": {"meaning": f"{name}, as the recruitment platform gave it in the URL."} for name in named
-    }
-    return Table("participants", lambda: map(_participant, diaries), platform)
+    table = Table("participants", lambda: map(_participant, diaries))
+    for parameter in sorted({one for kept in diaries for one in kept.joined.platform}):
+        means = f"{parameter}, as the recruitment platform gave it in the URL."
+        table.columns[f"platform_{parameter}"] = {"kind": "text", "meaning": means}
+    return table
 
 
 def _call(call: Call) -> Row:
@@ -329,7 +322,8 @@ def _acts(
         asked |= {("check", str(number)): check.question for number, check in enumerate(experiment.checks, 1)}
         asked |= {("ask", question.name): question.question for question in experiment.questions}
     for kept in diaries:
-        keys = {box: kept.key(study, box) for box in range(len(kept.joined.slots) + 1)}
+        boxes = [None, *range(1, 1 + len(kept.joined.slots))]
+        keys = {box: box and kept.plan(study, box).key for box in boxes}
         for did in kept.lines:
             if did.scene == "late":
                 continue
@@ -337,7 +331,7 @@ def _acts(
                 "participant": kept.identity,
                 "scene": did.scene if did.act else "broken",
                 "position": did.box,
-                "key": keys.get(did.box or 0),
+                "key": keys.get(did.box),
                 "rt_ms": getattr(did.act, "rt", None),
             }
             if isinstance(did.act, Attempt):

@@ -14,21 +14,13 @@ from lockprobe.foundation.errors import FINAL, BadValue, needing
 
 with needing("Inspect tasks", "inspect"):
     from inspect_ai import Task, task
+    from inspect_ai import model as models
     from inspect_ai.dataset import MemoryDataset, Sample
-    from inspect_ai.model import (
-        ChatMessage,
-        ChatMessageAssistant,
-        ChatMessageUser,
-        ContentImage,
-        ContentText,
-        get_model,
-    )
     from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
     from inspect_ai.solver import Generate, Solver, TaskState, solver
 
 if TYPE_CHECKING:
     import numpy as np
-    from inspect_ai.model import Content, Model
 
     from lockprobe.agents.prompt import Message
     from lockprobe.studies.study import Study
@@ -84,7 +76,7 @@ def play_trial(asked: dict[str, Any]) -> Solver:
         planned, place = _planned(asked), state.metadata
         repetition = place["repetition"] + (state.epoch - 1) * planned.repetitions
         plan = planned.plan(_AGENT, planned.labelled(place["condition"]), repetition, place["trial"])
-        player = _ModelOfTheEval(get_model(), state)
+        player = _ModelOfTheEval(models.get_model(), state)
         trial, _ = await play_timed(plan, player)
         if trial.error is not None and trial.error.boundary not in FINAL:
             raise player.broke or RuntimeError(trial.error.message)
@@ -100,7 +92,7 @@ class _ModelOfTheEval:
 
     unseeded = True
 
-    def __init__(self, model: Model, state: TaskState) -> None:
+    def __init__(self, model: models.Model, state: TaskState) -> None:
         self.broke: Exception | None = None
         self.facts: Mapping[str, Fact] = {"model": str(model)}
         self._model, self._state = model, state
@@ -134,11 +126,13 @@ class _ModelOfTheEval:
             raise
 
 
-def _sent(message: Message) -> ChatMessage:
+def _sent(message: Message) -> models.ChatMessage:
     if message.role == "assistant":
-        return ChatMessageAssistant(content=message.text)
-    images: list[Content] = [ContentImage(image=f"data:image/png;base64,{one.base64}") for one in message.pictures]
-    return ChatMessageUser(content=[ContentText(text=message.text), *images] if images else message.text)
+        return models.ChatMessageAssistant(content=message.text)
+    images: list[models.Content] = [
+        models.ContentImage(image=f"data:image/png;base64,{one.base64}") for one in message.pictures
+    ]
+    return models.ChatMessageUser(content=[models.ContentText(text=message.text), *images] if images else message.text)
 
 
 @scorer(metrics={value: [mean(), stderr()] for value in ("solved", "steps", "loops")})

@@ -92,10 +92,6 @@ class Slot(StrictModel):
     repetition: int
     trial: int
 
-    def plan(self, study: Study, identity: str) -> Plan:
-        """The trial as a participant plays it."""
-        return study.plan(f"{PEOPLE}:{identity}", study.labelled(self.condition), self.repetition, self.trial)
-
 
 class Joined(StrictModel):
     """The first entry: the record of consent.
@@ -243,9 +239,10 @@ class Diary:
         before = self.lines[: steps[0].turn - 2]
         return steps[-1].at - (before[-1].at if before else self.joined.at)
 
-    def key(self, study: Study, box: int | None) -> str:
-        """The key of trial number ``box``, from 1; empty for the practice box."""
-        return self.joined.slots[box - 1].plan(study, self.identity).key if box else ""
+    def plan(self, study: Study, box: int) -> Plan:
+        """Trial number ``box``, from 1, as the participant plays it."""
+        slot = self.joined.slots[box - 1]
+        return study.plan(f"{PEOPLE}:{self.identity}", study.labelled(slot.condition), slot.repetition, slot.trial)
 
     def check_slots(self, study: Study, directory: Path) -> None:
         """Raise BadFile if the participant plays a trial that the study does not have."""
@@ -352,7 +349,7 @@ def acts_of_steps(
     for diary in diaries:
         diary.check_slots(study, directory)
         for box, acts in diary.steps.items():
-            trial = trials.get(key := diary.key(study, box))
+            trial = trials.get(key := diary.plan(study, box).key) if box else None
             if trial is None or trial.agent != f"{PEOPLE}:{diary.identity}":
                 continue
             chosen = [(one.joint, one.claimed) for did in acts if isinstance(one := did.act, Attempt)]

@@ -124,11 +124,10 @@ def checked(kind: type[Part], given: object, path: Path | None = None) -> Part:
     except ValidationError as error:
         first = error.errors()[0]
     where = ".".join(map(str, first["loc"])) or "all"
-    said = str(first["ctx"]["error"]) if first["type"] == "value_error" else plain(first["msg"])
-    mistake = f"{where}: {said}"
+    mistake = f"{where}: {(said := plain(first['msg']))}"
     if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
         mistake = f"{where}: {UnknownName('key', where, kind.model_fields)}"
-    elif first["type"] != "value_error" and said.startswith("expected "):
+    elif said.startswith("expected "):
         mistake = str(BadValue(where, first["input"], said.removeprefix("expected ")))
     raise UserMistake(mistake) if path is None else BadFile(path, mistake)
 

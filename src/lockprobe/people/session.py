@@ -188,10 +188,9 @@ class Session:
             raise self._bad(str(error)) from None
 
     def _plan(self, box: int) -> Plan:
-        scenes, joined = self._opened.scenes, self.diary.joined
-        if box:
-            return joined.slots[box - 1].plan(scenes.study, joined.identity)
-        return practice_plan(scenes.study, scenes.experiment, joined.identity)
+        scenes, diary = self._opened.scenes, self.diary
+        practice = (scenes.study, scenes.experiment, diary.identity)
+        return diary.plan(scenes.study, box) if box else practice_plan(*practice)
 
     def _records(self, box: int) -> bool:
         """Whether a box goes on record: not the practice, and nothing of a preview."""

@@ -251,7 +251,7 @@ def _attempts(of: _PlayedAgain) -> Iterator[Check]:
     diaries, logged = of.opened.diaries, dict(AttemptLog.read(of.directory))
     for diary in diaries:
         for box in range(1, len(diary.joined.slots) + 1):
-            key, steps = diary.key(of.study, box), diary.steps.get(box)
+            key, steps = diary.plan(of.study, box).key, diary.steps.get(box)
             if key in of.trials or (steps and steps[-1].ended is not None):
                 logged[key] = diary.attempts(box)
     held = [one for one in of.opened.trials if spec_kind(one.agent) == MCP or (one.player and diaries)]

@@ -13,7 +13,7 @@ import logging
 import mimetypes
 import time
 import traceback
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager, closing
 from dataclasses import replace
 from pathlib import Path
@@ -30,7 +30,7 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from lockprobe.foundation.http_server import listen, running, stop_signals
+from lockprobe.foundation.http_server import listen, running
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import Act, StrictModel
 from lockprobe.people.experiment import Experiment, Words
@@ -227,19 +227,3 @@ async def opened(
             running(application(state, words, address), listening, seconds_to_finish=SECONDS_TO_FINISH),
         ):
             yield address, state
-
-
-async def serve(
-    directory: Path,
-    study: Study,
-    experiment: Experiment,
-    words: Words,
-    address: Address,
-    *,
-    announce: Callable[[Address, ServerState], None],
-) -> None:
-    """Run the server of :func:`opened` until Ctrl-C or SIGTERM. Calls ``announce`` as soon as participants can come."""
-    async with opened(directory, study, experiment, words, address) as (where, state):
-        with stop_signals() as ended:
-            announce(where, state)
-            await ended.wait()
