@@ -322,8 +322,7 @@ def _acts(
         asked |= {("check", str(number)): check.question for number, check in enumerate(experiment.checks, 1)}
         asked |= {("ask", question.name): question.question for question in experiment.questions}
     for kept in diaries:
-        boxes = [None, *range(1, 1 + len(kept.joined.slots))]
-        keys = {box: box and kept.plan(study, box).key for box in boxes}
+        keys = {box: kept.plan(study, box).key for box, _ in enumerate(kept.joined.slots, 1)}
         for did in kept.lines:
             if did.scene == "late":
                 continue
@@ -331,7 +330,7 @@ def _acts(
                 "participant": kept.identity,
                 "scene": did.scene if did.act else "broken",
                 "position": did.box,
-                "key": keys.get(did.box),
+                "key": keys.get(did.box or 0),
                 "rt_ms": getattr(did.act, "rt", None),
             }
             if isinstance(did.act, Attempt):

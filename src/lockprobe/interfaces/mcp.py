@@ -39,7 +39,7 @@ from lockprobe.studies.study import Study
 from lockprobe.trial.labels import LABELS
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Fact, Outcome, Situation
+from lockprobe.trial.record import Fact, Situation
 
 with needing("agents with tools", "mcp"):
     import mcp_types as types
@@ -86,12 +86,6 @@ _ARGUMENTS: Mapping[str, tuple[str, dict[str, Any]]] = {
     ),
 }
 """The arguments of an attempt: how to reply, and what their schema says beside that they are text."""
-
-_SAID: Mapping[Outcome | None, str] = {
-    "moved": "You said that your last action had moved its joint. ",
-    "blocked": "You said that your last action had not moved its joint. ",
-    None: "",
-}
 
 _log = logging.getLogger(__name__)
 
@@ -205,10 +199,10 @@ class ToolSession:
             await asyncio.sleep(TOGETHER)
             self._busy = False
 
-    async def _observe(self, said: Mapping[str, str]) -> Reply:
+    async def _observe(self, client: Mapping[str, str]) -> Reply:
         self._journal.store.check()
         facts: dict[str, Fact] = {
-            name: printable(without_secrets(text))[:_LONGEST_FACT].strip() for name, text in said.items()
+            name: printable(without_secrets(text))[:_LONGEST_FACT].strip() for name, text in client.items()
         }
         facts["wording"] = fingerprint(INSTRUCTIONS, self._how, json.dumps(self.schemas), OVER, NO_REPORT)
         own = {(self.agent, name): facts[name] for name in SAME_IN_ALL_TRIALS}
@@ -246,7 +240,9 @@ class ToolSession:
         past = self._trial.situation.past  # of a trial that goes on
         lines = ["The trial goes on. Your steps so far:", past[0].percept.text, past[0].remark] if past else []
         for number, turn in enumerate(past, 1):
-            line = f"{number}. {_SAID[turn.decision.claimed]}You attempted {turn.decision.joint}."
+            joint, claimed = turn.decision.joint, turn.decision.claimed
+            said = f"You said that your last action had {'' if claimed == 'moved' else 'not '}moved its joint. "
+            line = f"{number}. {said if claimed else ''}You attempted {joint}."
             if number < len(past):  # the last report follows
                 gone = "(pictures no longer shown)" if past[number].percept.pictures else ""
                 line = " ".join(filter(None, (line, past[number].percept.text, gone, past[number].remark)))

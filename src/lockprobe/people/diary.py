@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -114,6 +114,8 @@ class Joined(StrictModel):
     words: str
     page: str = ""
 
+    act: ClassVar[Agree] = Agree(agreed=True)
+
 
 class Did(StrictModel):
     """One act, or what ended a box or the session without one.
@@ -168,19 +170,14 @@ class Diary:
         return 2 + len(self.lines)
 
     @property
-    def at(self) -> float:
-        """When the last entry was written, seconds since 1970."""
-        return self.lines[-1].at if self.lines else self.joined.at
-
-    @property
-    def last(self) -> Act | None:
-        """The last act, which may be sent again if its reply was lost; None where something else came after it."""
-        return self.lines[-1].act if self.lines else Agree(agreed=True)
+    def last(self) -> Joined | Did:
+        """The last entry; its act may be sent again if its reply was lost."""
+        return self.lines[-1] if self.lines else self.joined
 
     @property
     def late(self) -> bool:
         """Whether the participant was away until somebody else needed the place, and cannot go on."""
-        return bool(self.lines) and self.lines[-1].scene == "late"
+        return isinstance(self.last, Did) and self.last.scene == "late"
 
     @property
     def steps(self) -> dict[int, list[Did]]:
@@ -236,8 +233,8 @@ class Diary:
         """How long a box took, from when it was shown to its last step; 0 without one."""
         if not (steps := self.steps.get(box)):
             return 0.0
-        before = self.lines[: steps[0].turn - 2]
-        return steps[-1].at - (before[-1].at if before else self.joined.at)
+        before = Diary(self.joined, self.lines[: steps[0].turn - 2])
+        return steps[-1].at - before.last.at
 
     def plan(self, study: Study, box: int) -> Plan:
         """Trial number ``box``, from 1, as the participant plays it."""

@@ -177,7 +177,7 @@ class ServerState:
                 return Reply(token, joined)
             session = joined
         async with session.lock:
-            again = turn == session.diary.turn - 1 and act == session.diary.last  # its reply was lost
+            again = turn == session.diary.turn - 1 and act == session.diary.last.act  # its reply was lost
             if session.gone or not (again or turn == session.diary.turn):
                 raise ActRefused("stale", "not the scene that is shown")
             if not again:

@@ -48,7 +48,7 @@ class Session:
         self.preview = preview
         self.lock = asyncio.Lock()
         self.gone = False
-        self.used = diary.at
+        self.used = diary.last.at
         self._opened = opened
         self._way = opened.scenes.way(len(diary.joined.slots))
         self._trial: PausedTrial | None = None

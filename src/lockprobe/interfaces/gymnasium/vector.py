@@ -75,9 +75,8 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
         )
         if len(seeds) != self.num_envs:
             raise BadValue("seed", seed, f"a whole number, or {self.num_envs} of them")
-        before = map(EpisodeKey, self.np_random.integers(2**31, size=self.num_envs).tolist())
-        if self._seeds:
-            before = map(EpisodeKey, self._seeds, self._repetition.tolist(), (self._trial + 1).tolist())
+        before = [*map(EpisodeKey, self._seeds, self._repetition.tolist(), (self._trial + 1).tolist())]
+        before = before or [*map(EpisodeKey, self.np_random.integers(2**31, size=self.num_envs).tolist())]
         now = [key if own is None else EpisodeKey(own) for own, key in zip(seeds, before, strict=True)]
         self._seeds, self._repetition[:], self._trial[:] = map(
             list, zip(*(key.chosen(options) for key in now), strict=True)

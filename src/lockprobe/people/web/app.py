@@ -1,4 +1,4 @@
-"""The participants' server: requests become calls of lockprobe.people.server_state, until Ctrl-C.
+"""The participants' server: requests become calls of lockprobe.people.server_state.
 
 ``GET /`` is the page. ``POST /api/open`` and ``/api/act`` take a JSON object, ``/api/withdraw`` takes nothing; all
 answer with the scene to show. A refused request is answered with a status, a code and a message, is logged, and changes
@@ -146,8 +146,6 @@ def _check_sender(scope: Scope, address: Address) -> None:
         origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
         if not (set(origins) <= address.origins and set(sites) <= {"same-origin"}):
             raise ActRefused("cross-site", "only the study's own page can do that")
-    if "transfer-encoding" in headers and "content-length" in headers:
-        raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
 
 def _guarded(app: ASGIApp, address: Address, texts: Mapping[str, Any]) -> ASGIApp:
