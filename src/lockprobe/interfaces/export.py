@@ -173,12 +173,7 @@ def steps_table(trials: Sequence[Trial], acts: Mapping[tuple[str, int], Did] = _
                 if next_did is not None and isinstance(next_did.act, Attempt):
                     row["claimed_rt_ms"] = next_did.act.claimed_rt
                 if did is not None:
-                    row |= {
-                        "report": step.told,
-                        "shown": did.shown,
-                        "rt_ms": getattr(did.act, "rt", None),
-                        "at": did.at,
-                    }
+                    row |= _named(did, "shown", "at") | {"report": step.told, "rt_ms": getattr(did.act, "rt", None)}
                 yield row
 
     return Table("steps", rows)

@@ -146,6 +146,8 @@ def _check_sender(scope: Scope, address: Address) -> None:
         origins, sites = headers.getlist("origin"), headers.getlist("sec-fetch-site")
         if not (set(origins) <= address.origins and set(sites) <= {"same-origin"}):
             raise ActRefused("cross-site", "only the study's own page can do that")
+    if "transfer-encoding" in headers and "content-length" in headers:
+        raise ActRefused("malformed", "a body of two lengths")  # where a proxy could read another one
 
 
 def _guarded(app: ASGIApp, address: Address, texts: Mapping[str, Any]) -> ASGIApp:
