@@ -7,6 +7,7 @@ import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
@@ -16,10 +17,11 @@ from taking_part import START, take_part
 
 import lockprobe
 from lockprobe.interfaces import export
-from lockprobe.interfaces.export import TABLES, Table, steps_table, table_of, tidy, trial_rows, trials_table
+from lockprobe.interfaces.export import Table, TableName, steps_table, table_of, tidy, trial_rows, trials_table
 from lockprobe.people.diary import Answers, Did, read_diaries, write_entry
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
+TABLES = get_args(TableName)
 ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMNS_FILE = Path(export.__file__).with_name("columns.toml")

@@ -15,7 +15,7 @@ from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import IO, Any, Literal, get_args
+from typing import IO, Any, Literal
 
 from lockprobe.foundation.errors import BadFile, BadValue, needing
 from lockprobe.foundation.storage.atomic_file import atomic_files
@@ -34,7 +34,6 @@ from lockprobe.trial.record import Trial
 from lockprobe.trial.source import CAMERA, VERDICT
 
 TableName = Literal["steps", "trials", "calls", "participants", "acts", "answers"]
-TABLES: tuple[TableName, ...] = get_args(TableName)
 
 Row = dict[str, object]
 """The values of a row by column; None where one is missing."""

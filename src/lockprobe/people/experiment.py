@@ -28,7 +28,7 @@ class SettingsPart(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-Text = Annotated[str, Field(min_length=1, max_length=2000)]
+Text = Annotated[str, Field(min_length=1, max_length=4000)]
 Option = Annotated[str, Field(min_length=1, max_length=200)]
 Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
@@ -151,8 +151,7 @@ LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
 TEXTS = "texts.toml"
 """The copy of the texts, in the directory of people."""
 
-Sentences = Annotated[str, Field(min_length=1, max_length=4000)]
-Paragraphs = Annotated[tuple[Sentences, ...], Field(max_length=40)]
+Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
 class Longer(SettingsPart):
@@ -164,7 +163,7 @@ class Longer(SettingsPart):
         questions: What is asked under them, on the instructions.
     """
 
-    title: Sentences
+    title: Text
     paragraphs: Paragraphs
     if_false: Paragraphs = ()
     if_asked: Paragraphs = ()
@@ -181,16 +180,16 @@ class Words(SettingsPart):
 
     language: Annotated[str, Field(pattern=r"^[A-Za-z]{2,8}(-[A-Za-z0-9]{1,8})*$")]
     direction: Literal["ltr", "rtl"] = "ltr"
-    title: Sentences
+    title: Text
     consent: Longer
     instructions: Annotated[tuple[Longer, ...], Field(max_length=20)] = ()
     comprehension: Longer
     practice_over: Longer
     over: Longer
     debrief: Longer
-    changes: dict[str, Sentences]
+    changes: dict[str, Text]
     closed: dict[str, Longer]
-    page: dict[str, Sentences]
+    page: dict[str, Text]
 
     @model_validator(mode="after")
     def _as_in_english(self) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import AsyncExitStack
 from typing import Any, NamedTuple
 
@@ -16,7 +16,6 @@ from lockprobe.studies.records.store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.trial.loop import Executor
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.record import Fact
 
 
 class OpenStudy(NamedTuple):
@@ -167,18 +166,17 @@ class Session:
     async def _replayed(self, box: int) -> PausedTrial:
         """The trial of a box after the steps that are on disk."""
         opened, joined, plan = self._opened, self.diary.joined, self._plan(box)
-        facts: Mapping[str, Fact] = {
-            "view": view_of(plan.modality),
-            "words": joined.words,
-            "page": joined.page,
-            "position": box,
-            "history": opened.scenes.experiment.history,
-            "feedback": opened.scenes.experiment.feedback,
-        }
         try:
             trial = PausedTrial(
                 plan,
-                facts=facts,
+                facts={
+                    "view": view_of(plan.modality),
+                    "words": joined.words,
+                    "page": joined.page,
+                    "position": box,
+                    "history": opened.scenes.experiment.history,
+                    "feedback": opened.scenes.experiment.feedback,
+                },
                 words_alone=True,
                 pictures=opened.journal.directory / ALBUM if self._records(box) else None,
                 place=opened.place,
