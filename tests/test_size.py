@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 
-CEILINGS = {"lines of source": 41_772, "lines of code": 26_637, "lines of tests": 30_826, "words of docs": 25_000}
+CEILINGS = {"lines of source": 40_910, "lines of code": 25_990, "lines of tests": 29_810, "words of docs": 24_950}
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines."""
 
 _TEXTS = re.compile(r'^ *r?"""(?:[^"]|"(?!""))*"""$|^ *#[^\n]*$', re.MULTILINE)

@@ -15,7 +15,7 @@ import json
 import logging
 import sys
 from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager, nullcontext
+from contextlib import asynccontextmanager
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
@@ -34,10 +34,10 @@ from lockprobe.studies.records.store import ALBUM
 from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.running.playable import CLIENT, check_playable
 from lockprobe.studies.running.runner import next_plans
-from lockprobe.studies.running.trial_setup import own_thread
+from lockprobe.studies.running.trial_setup import plants_place
 from lockprobe.studies.study import Study
 from lockprobe.trial.labels import LABELS
-from lockprobe.trial.loop import Executor, here
+from lockprobe.trial.loop import Executor
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact, Situation
 
@@ -138,7 +138,7 @@ class ToolSession:
             raise BadValue("box", ", ".join(box.name for box in study.boxes), "boxes with equally many joints")
         for plant, box in product(study.plants, study.boxes):
             resolve_plant(plant).check(box)
-        with Journal.open(directory, study) as journal, own_thread() if study.simulated else nullcontext(here) as place:
+        with Journal.open(directory, study) as journal, plants_place(study.simulated) as place:
             session = cls(study, agent, journal, place, trials_each)
             try:
                 yield session

@@ -16,7 +16,7 @@ import secrets
 import sys
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from contextlib import asynccontextmanager, nullcontext
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -37,9 +37,8 @@ from lockprobe.studies import PEOPLE_DIRECTORY, SETTINGS
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.running.playable import PERSON, check_playable
-from lockprobe.studies.running.trial_setup import own_thread
+from lockprobe.studies.running.trial_setup import plants_place
 from lockprobe.studies.study import Study
-from lockprobe.trial.loop import here
 
 CODE, PREVIEW = "code", "preview"
 """The parameters of the URL that hold the code to join, and the key of a preview."""
@@ -115,10 +114,7 @@ class ServerState:
         study = replace(study, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))), names=there.names)
         study = study.ordered_as(there)  # people play the conditions in an order that is drawn from this one
         _check(study, experiment, words)
-        with (
-            Journal.open(directory, study) as journal,
-            own_thread() if study.simulated else nullcontext(here) as place,
-        ):
+        with Journal.open(directory, study) as journal, plants_place(study.simulated) as place:
             make_private(directory)
             diaries = read_diaries(directory)
             _settle(directory, experiment, words, diaries)

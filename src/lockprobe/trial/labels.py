@@ -62,9 +62,8 @@ class Names:
         if shuffle == "study":
             dealt, self.order = orders_of_study(frozenset(locking_pairs(box)), len(joints), seed)
         elif shuffle == "trial":
-            drawn, order = luck.at("labels").random(2 * len(joints)).tolist(), range(len(joints))
-            dealt = tuple(sorted(order, key=drawn.__getitem__))  # as drawn_orders, in a third of the time
-            self.order = tuple(sorted(order, key=drawn[len(joints) :].__getitem__))
+            drawn = drawn_orders(luck.at("labels").random(2 * len(joints)))
+            dealt, self.order = (tuple(order.tolist()) for order in drawn)
         else:
             dealt = self.order = tuple(range(len(joints)))
         self.labels = tuple([LABELS[i] for i in dealt])

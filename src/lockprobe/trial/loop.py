@@ -7,8 +7,9 @@ into what is *done*; the plant acts; channels decide what is *told*.
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from traceback import walk_tb
@@ -78,7 +79,7 @@ _PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
 """What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
 
 
-class Boundary:
+class Boundary(AbstractContextManager[None]):
     """Turns any error inside into one kind of fault. Lockprobe's own errors pass unchanged.
 
     ``part`` is what the message calls code that somebody wrote for this part; its file and line are named then.
@@ -88,9 +89,6 @@ class Boundary:
 
     def __init__(self, fault: type[TrialFault], part: str = "") -> None:
         self._fault, self._part = fault, part
-
-    def __enter__(self) -> None:
-        pass
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -140,15 +138,14 @@ async def play(
     ending: Ending = "budget"
     fault: TrialFault | None = None
     try:
-        with loop:
-            await loop.look()
-            for _ in range(plan.budget):
-                step = await loop.step()
-                if on_step is not None:
-                    on_step(step)
-                if step.moved and step.joint == plan.box.target:
-                    ending = "solved"
-                    break
+        await loop.look()
+        for _ in range(plan.budget):
+            step = await loop.step()
+            if on_step is not None:
+                on_step(step)
+            if step.moved and step.joint == plan.box.target:
+                ending = "solved"
+                break
     except TrialFault as broke:
         ending, fault = "error", broke
     facts, made = dict[str, Fact](), dict[str, Fact]()
@@ -169,8 +166,8 @@ async def play(
         channels=places.channel_facts,
         interventions=places.other_facts,
         **loop.opening,
-        changed={spec: loop.changed.count(number) for number, spec in enumerate(places.specs) if spec},
-        changed_steps=loop.changed.count(_TOGETHER),
+        changed={spec: loop.changed[number] for number, spec in enumerate(places.specs) if spec},
+        changed_steps=loop.changed[_TOGETHER],
     )
 
 
@@ -230,11 +227,9 @@ class _Loop:
         shown: The last positions told or pictured.
         said: What the source of reports said last.
         on_record: Whether all is as on the record that is forked, up to now.
-        ours: Whether the agent comes with Lockprobe, and so keeps its own time limits.
-        inside: The boundary inside which it is; to enter it anew in every step would take longer than to set this.
         changing: The numbers of the interventions that change the step that is being made. A report counts for the step
             whose decision it precedes: no agent reads the last.
-        changed: The same of all steps so far, one after the other.
+        changed: How many steps each of them changed.
     """
 
     plan: Plan
@@ -252,34 +247,21 @@ class _Loop:
     said: Snapshot | None = None
     on_record: bool = True
     changing: set[int] = field(default_factory=set)
-    changed: list[int] = field(default_factory=list)
-    inside: Boundary | None = None
+    changed: Counter[int] = field(default_factory=Counter)
     names: Names = field(init=False)
     luck: Luck = field(init=False)
     source: SourceKind | None = field(init=False)
     unsaid: Briefing = field(init=False)
-    ours: bool = field(init=False)
 
     def __post_init__(self) -> None:
         self.names, self.luck, self.source = self.plan.names, self.plan.luck, source_of(self.plan.modality)
         self.unsaid = Briefing(hypothesis=self.plan.hypothesis)
-        self.ours = type(self.agent).__module__.startswith("lockprobe.")
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self.inside is not None:
-            self.inside.__exit__(kind, error, trace)
 
     async def look(self) -> None:
         """Look at the box for the first time."""
-        self.inside = PLANT
-        snapshot, self.state, first = await self.at(self._happened)
-        sensed = facts_of(snapshot.sensed)
-        self.inside = None
+        with PLANT:
+            snapshot, self.state, first = await self.at(self._happened)
+            sensed = facts_of(snapshot.sensed)
         self.moments, self.shown, told = (first,), first.shown, first.told
         self.opening = {"opening": told.text, "opening_pictures": self._kept(told), "opening_sensed": sensed}
 
@@ -289,36 +271,33 @@ class _Loop:
         labels, joints, fork = self.names.labels, self.plan.box.joints, self.plan.fork
         turns, briefing, report = self.turns, self.unsaid, past[-1].told
         if acting["remembered"] or acting["asked"]:  # their luck is that of the report
-            self.inside = INTERVENTIONS
-            turns = self._passed(acting["remembered"], turns, number - 1)
-            if not isinstance(turns, tuple):
-                raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-            briefing = self._passed(acting["asked"], briefing, number - 1)
-            briefing.remark.encode()  # breaks if it cannot be written
+            with INTERVENTIONS:
+                turns = self._passed(acting["remembered"], turns, number - 1)
+                if not isinstance(turns, tuple):
+                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+                briefing = self._passed(acting["asked"], briefing, number - 1)
+                briefing.remark.encode()  # breaks if it cannot be written
         recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
-        self.inside = AGENT  # of a fork nothing is asked that is on record, but an agent that draws from its stream
-        if recorded is not None and getattr(self.agent, "unseeded", False):
-            decision = recorded.decision
-        else:
-            situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
-            answer = self.agent.decide(situation, self.luck.at("agent", number))
-            if not self.ours:
-                answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
-            decision = await answer
-        self.inside = None
+        with AGENT:  # of a fork nothing is asked that is on record, but an agent that draws from its stream
+            if recorded is not None and getattr(self.agent, "unseeded", False):
+                decision = recorded.decision
+            else:
+                situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
+                answer = self.agent.decide(situation, self.luck.at("agent", number))
+                if not type(self.agent).__module__.startswith("lockprobe."):
+                    answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
+                decision = await answer
         decision = usable(decision, task)
         label = decision.joint
         if acting["done"]:
-            self.inside = INTERVENTIONS
-            label = self._passed(acting["done"], label, number)
-            if label not in task.joints:
-                raise ChannelFault(f"{label!r} is not a joint")
-            self.inside = None
+            with INTERVENTIONS:
+                label = self._passed(acting["done"], label, number)
+                if label not in task.joints:
+                    raise ChannelFault(f"{label!r} is not a joint")
         joint, changing, self.changing = labels.index(label), self.changing, set()
-        self.inside = PLANT
-        snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
-        sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
-        self.inside = None
+        with PLANT:
+            snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
+            sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
         moved = snapshot.outcome == "moved"
         told_moved, told_state = self._compared(moment, state, moved=moved)
         step = Step(
@@ -336,7 +315,7 @@ class _Loop:
             remark=briefing.remark,
         )
         self.steps.append(step)
-        self.changed += changing
+        self.changed.update(changing)
         self.turns = (*self.turns, Turn(percept=report, decision=decision, remark=briefing.remark))
         self.moments, self.state = (*past, moment), state
         if fork is not None:
@@ -364,9 +343,8 @@ class _Loop:
             was = percept = self.names.percept(self.said).but(look=percept.look)
         if percept.look is not None:
             was, percept = percept.but(look=None), percept.but(look=partial(_look, percept.look))
-        self.inside = INTERVENTIONS
-        told, facts = self._told(percept, step, arm)
-        self.inside = PLANT
+        with INTERVENTIONS:
+            told, facts = self._told(percept, step, arm)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
     def _told(self, percept: Percept, step: int, arm: Fork | None) -> tuple[Percept, Percept | None]:
@@ -403,8 +381,7 @@ class _Loop:
         without it: what no report shows, or a later intervention hides, is no change. ``drawn`` is the step of their
         luck. ``shown`` is the part of the value that the agent gets; all of it without one.
         """
-        value, past, task, luck = given, self.moments, self.names.task, self.luck
-        changers: list[tuple[Placed, _V]] = []
+        value, changers, past, task, luck = given, list[tuple[Placed, _V]](), self.moments, self.names.task, self.luck
         for placed in acting:
             before, value = value, placed.act(value, past, task, luck.at(placed.stream, drawn))
             if value is not before and value != before:

@@ -95,7 +95,7 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
     async def played():
         nonlocal loop
         loop = asyncio.get_running_loop()
-        with play.own_thread() as place:
+        with play.plants_place(apart=True) as place:
             planned = study(StudyOptions(agent=["random"], p=[0], trials=3))
             plans = list(planned.plans("random"))[:3]
             timed = (play.play_timed(plan, InTurn(), place=place) for plan in plans)

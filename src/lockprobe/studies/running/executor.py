@@ -14,7 +14,6 @@ import asyncio
 import time
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import parent_process
@@ -29,10 +28,9 @@ from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.decisions import GIVE_UP_AFTER
 from lockprobe.studies.records.journal import Journal, facts_said
 from lockprobe.studies.records.store import ALBUM, keep_picture, packed
-from lockprobe.studies.running.trial_setup import own_thread, play_timed
+from lockprobe.studies.running.trial_setup import plants_place, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, broken
-from lockprobe.trial.loop import here as in_this_thread
 from lockprobe.trial.patience import PATIENCE
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
@@ -139,7 +137,7 @@ class Turn:
         """
         try:
             if self._pool is None or (self._quick and isinstance(self._pool, Processes)):
-                with own_thread() if self._threaded else nullcontext(in_this_thread) as place:
+                with plants_place(self._threaded) as place:
                     owed -= asyncio.run(self._here(plans, owed, place))
             if self._pool is not None and owed:
                 self._elsewhere(self._pool, plans, owed)
@@ -167,8 +165,7 @@ class Turn:
                     played = play_timed(
                         plan, agent, self._observer.step, keep=self._keep, calls=self._journal.calls, place=place
                     )
-                    if not self._finish(*await played):
-                        continue
+                    self._finish(*await played)
                 except BudgetReached as reached:
                     spent.append(reached)
                 await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
@@ -207,13 +204,12 @@ class Turn:
                 self._observer.step(trial.key, step)
             self._finish(trial, seconds, record)
 
-    def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> bool:
-        """Write a trial, now or with those that follow it at once; whether it is now."""
+    def _finish(self, trial: Trial, seconds: float, record: bytes | None = None) -> None:
+        """Write a trial, now or with those that follow it at once."""
         self._journal.refuse_others(facts_said(trial))
         self._finished.append((trial, seconds, record))
-        if now := not self._quick or trial.error is not None or time.monotonic() - self._wrote > _TOGETHER:
+        if not self._quick or trial.error is not None or time.monotonic() - self._wrote > _TOGETHER:
             self._write()
-        return now
 
     def _write(self) -> None:
         """Write trials to the journal and tell of them; give up an agent that yields only errors."""

@@ -31,11 +31,15 @@ _T = TypeVar("_T")
 
 
 @contextmanager
-def own_thread() -> Iterator[Executor]:
-    """A single-threaded executor for all plants of a run, so that provider calls continue during simulation.
+def plants_place(apart: bool) -> Iterator[Executor]:
+    """Where all plants of a run work: in this thread or ``apart``, in one of their own.
 
-    OpenGL contexts belong to the thread that created them, so all work on all plants runs in this thread.
+    There simulations hold up neither calls of providers nor clients. OpenGL contexts belong to the thread that created
+    them, so all work on all plants runs in one thread.
     """
+    if not apart:
+        yield here
+        return
     with ThreadPoolExecutor(max_workers=1, thread_name_prefix="plants") as thread:
 
         async def there(work: Callable[[], _T], /) -> _T:
@@ -68,8 +72,7 @@ class _LazyPlant:
 
     def attempt(self, joint: int) -> Snapshot:
         assert self._plant is not None
-        snapshot = self._plant.attempt(joint)
-        return snapshot if self._recorded is None else self._read(snapshot)
+        return self._read(self._plant.attempt(joint))
 
     def close(self) -> None:
         if self._plant is not None:
