@@ -62,11 +62,16 @@ def test_an_option_that_is_given_again_counts_again_or_is_refused(lockprobe):
     assert "Settings: " in once[2]
 
 
-def test_run_shows_the_ten_options_first_that_most_people_need_and_the_others_refer_to_it(lockprobe):
-    first, *headings = re.split(r"\n\n(?=\S)", lockprobe("run", "--help")[1].partition("\nOptions:\n")[2])
-    assert len(re.findall(r"^  --", first, re.MULTILINE)) == 10
-    assert [text.partition(":\n")[0] for text in headings] == [
-        "The study", "Reports and conditions", "Running", "Hosted models"]  # fmt: skip
+def test_run_shows_the_ten_options_first_that_most_people_need_in_one_screen_and_the_others_refer_to_it(lockprobe):
+    short, whole = (re.split(r"\n\n(?=\S)", lockprobe("run", said)[1]) for said in ("--help", "--help-all"))
+    for text in (short, whole):
+        first, *headings = text[-5:]
+        assert len(re.findall(r"^  --", first, re.MULTILINE)) == 11  # with --help-all
+        assert [text.partition(":\n")[0] for text in headings] == [
+            "The study", "Reports and conditions", "Running", "Hosted models"]  # fmt: skip
+    assert "\n\n".join(short).count("\n") <= 48  # one screen
+    for named, explained in zip(short[-4:], whole[-4:], strict=True):
+        assert re.findall(r"--[a-z-]+", named) == re.findall(r"^  (--[a-z-]+)", explained, re.MULTILINE)
     shown = {}
     for name in WITH_STUDY_OPTIONS:
         command = typer.main.get_command(build([name])).commands[name]
@@ -91,7 +96,7 @@ def test_help_is_everywhere_and_shows_nothing_for_programmers(lockprobe):
 
 
 def test_help_and_the_page_on_the_paper_say_the_numbers_of_the_short_study(lockprobe):
-    said, full = " ".join(lockprobe("run", "--help")[1].split()), preset("flips")
+    said, full = " ".join(lockprobe("run", "--help-all")[1].split()), preset("flips")
     short = full.when["short"]
     assert f"(in each repetition: {short.trials}; {full.trials} with --full" in said
     assert f"inverted ({','.join(f'{p:g}' for p in short.p)}; 0 to {full.p[-1]} by {full.p[1]} with --full" in said

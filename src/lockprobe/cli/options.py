@@ -6,6 +6,7 @@ a study are those of :class:`lockprobe.studies.options.study_options.StudyOption
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -36,6 +37,14 @@ def with_brackets(text: str, here: str) -> str:
     return f"{text.removesuffix('.')} ({here})."
 
 
+def _everything(context: typer.Context, asked: bool) -> None:
+    """Print the whole help of a command whose ``--help`` is one screen."""
+    if asked:
+        context.meta["everything"] = True
+        typer.echo(context.get_help())
+        context.exit()
+
+
 Allow = Annotated[list[str] | None, typer.Option("--allow", metavar="SPEC", help=_ALLOW)]
 AsJson = Annotated[bool, typer.Option("--json", help="JSON: one object, or one a line.")]
 Box = Annotated[str, typer.Option(help=BOX)]
@@ -46,11 +55,14 @@ Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help=with_brackets(OUT, "lockprobe-runs/STUDY-HASH"))]
 Retries = Annotated[int, typer.Option(help="How often a request without an answer is made again.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
+HelpAll = Annotated[
+    bool, typer.Option("--help-all", is_eager=True, callback=_everything, help="Explain every option, in full.")
+]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core, at most 8).")]
 
 
-AS_RUN = "The same as for lockprobe run, whose --help explains them"
+AS_RUN = "The same as for lockprobe run, whose --help-all explains them"
 """The heading of the options that a command accepts and does not explain."""
 
 Function = TypeVar("Function", bound=Callable[..., None])
@@ -74,7 +86,8 @@ def under_headings(headings: Mapping[str, str]) -> Callable[[Function], Function
 class Command(TyperCommand):
     """A command whose help has headings, and that refuses an option of one value, or a flag, that is given again.
 
-    Of two values one would be dropped, and nobody would be told.
+    Of two values one would be dropped, and nobody would be told. With ``--help-all``, ``--help`` is one screen: the
+    first two paragraphs, the first words of each option of the first heading, and the names of the others.
     """
 
     def parse_args(self, context: Any, args: list[str]) -> list[str]:
@@ -100,14 +113,29 @@ class Command(TyperCommand):
         found["Options"] += left.values()
         return {heading: options for heading, options in found.items() if options}
 
+    def in_short(self, context: Any) -> bool:
+        """Whether help is to be one screen."""
+        return "everything" not in context.meta and any(one.name == "help_all" for one in self.params)
+
+    def format_help_text(self, context: Any, formatter: Any) -> None:
+        """Write what the command does in a context of Click's with its formatter."""
+        whole = self.help
+        if whole and self.in_short(context):
+            self.help = "\n\n".join(whole.split("\n\n")[:2])
+        super().format_help_text(context, formatter)
+        self.help = whole
+
     def format_options(self, context: Any, formatter: Any) -> None:
         """Write the options in a context of Click's with its formatter."""
+        short = self.in_short(context)
         for heading, options in self.by_heading(context).items():
             with formatter.section(heading):
-                if heading == AS_RUN:
+                if heading == AS_RUN or (short and heading not in ("Arguments", "Options")):
                     formatter.write_text(", ".join(one.opts[0] for one in options))
-                else:
-                    formatter.write_dl([row for one in options if (row := one.get_help_record(context))])
+                    continue
+                rows = [row for one in options if (row := one.get_help_record(context))]
+                first = [(names, re.split(r" \(|; |\. ", said)[0].removesuffix(".")) for names, said in rows]
+                formatter.write_dl(first if short else rows)
 
 
 def as_ours(group: Typer) -> None:

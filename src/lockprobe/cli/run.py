@@ -53,16 +53,18 @@ def run(
     estimate: Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)] = False,
     report: Annotated[bool, typer.Option(help=_REPORT)] = True,
     json: options.AsJson = False,
+    help_all: options.HelpAll = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 
-    flips: what false reports do. Without options a short study: 300 trials at each flip rate of a cognitive model, the
-    human-inspired strategy and random, and 6 of the embedded model at 0 and 0.4, in a minute. modalities:
-    what pictures do. RGB, RGB-D and reports, 10 trials each, on a simulated box with a camera; without options a
-    scripted agent, human-inspired and random. why: whether lies change success through what they say or as any odd
-    report does; seven conditions, 50 trials of a model in each and 150 of a strategy; without options three strategies.
-    looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
-    in each; without options scripted agents.
+    flips: what false reports do. modalities: what pictures do. why: whether lies change success through what they say
+    or as any odd report does. looks: which of eight features of pictures make agents misread them.
+
+    Without options flips is a short study: 300 trials at each flip rate of a cognitive model, the human-inspired
+    strategy and random, and 6 of the embedded model at 0 and 0.4, in a minute; modalities RGB, RGB-D and reports, 10
+    trials each, on a simulated box with a camera, of a scripted agent, human-inspired and random; why seven conditions,
+    50 trials of a model in each and 150 of a strategy, of three strategies; looks 16 scenes, 10 trials in each, of
+    scripted agents.
 
     --condition and --sweep vary anything else that lockprobe list interventions shows; the truth is played with them,
     as control. --p without them plays those rates and no others.
