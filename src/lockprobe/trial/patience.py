@@ -58,14 +58,15 @@ class Patience:
             f"lockprobe: {printable(said)}; nothing finished is lost by Ctrl-C, twice if need be\n"
         )
         self._now, self._lock = set[_Deciding](), threading.Lock()
-        self._thread = threading.Thread(target=self._watch, name="patience", daemon=True)
+        self._thread: threading.Thread | None = None  # none before it is needed: it may be a forked process then
 
     async def limited(self, decision: Awaitable[_T], agent: str, seconds: float) -> _T:
         """Wait for a decision for so many seconds."""
         one = _Deciding(agent, seconds)
         with self._lock:
             self._now.add(one)
-            if self._thread.ident is None:
+            if self._thread is None or not self._thread.is_alive():
+                self._thread = threading.Thread(target=self._watch, name="patience", daemon=True)
                 self._thread.start()
         try:
             async with asyncio.timeout(seconds) as limit:
