@@ -79,8 +79,8 @@ def run(
         print(printable(f"--agent replaces the agents of {what}: {', '.join(theirs)}"), file=sys.stderr)
     from lockprobe.cli.run_study import planned_study, play_study
     from lockprobe.foundation.workers import Cluster
-    from lockprobe.studies.records.shard import Shard
     from lockprobe.studies.running.executor import Limits
+    from lockprobe.studies.study import Shard
 
     access = Access(connections=connections, timeout=timeout, retries=retries)
     with nullcontext() if estimate or cluster is None else Cluster.connect(cluster) as machines:

@@ -36,7 +36,7 @@ from lockprobe.studies.decisions import due
 from lockprobe.studies.records.attempt_log import AttemptLog
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Facts, facts_said, note
-from lockprobe.studies.records.read_records import contradictions
+from lockprobe.studies.records.read_records import miscounted, rows_and_records
 from lockprobe.studies.records.store import ALBUM, STORE, read
 from lockprobe.studies.running.paused_trial import RecordedAttempt
 from lockprobe.trial.pictures.picture import Picture
@@ -113,13 +113,21 @@ class _PlayedAgain:
         finished = {key for key, trial in self.trials.items() if not trial.owed_again}
         plans = (plan for agent in self.study.run_agents for plan in self.study.plans(agent))
         self.owed = {plan.key: plan for plan in plans if plan.key not in finished}
-        self.again, kept = list[ReplayedTrial](), kept_replies(read_calls(self.directory))
-        with asyncio.Runner() as runner:
-            for done, trial in enumerate(opened.records(opened.trials), 1):
-                condition = self.study.labelled(trial.condition)
-                plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
-                self.again.append(runner.run(played_again(plan, trial, kept.get(trial.key, ()))))
-                tell(done, len(opened.trials))
+        self.again, self.contradictions = list[ReplayedTrial](), list[str]()
+        asyncio.run(self._play(tell))
+
+    async def _play(self, tell: Callable[[int, int], None]) -> None:
+        """Read every record, once: it is held against its row, and played again if it counts."""
+        kept = kept_replies(read_calls(self.directory))
+        with read(self.directory) as store:
+            for trial, counts, said in rows_and_records(store):
+                self.contradictions += [said] * bool(said)
+                if counts:
+                    condition = self.study.labelled(trial.condition)
+                    plan = self.study.plan(trial.agent, condition, trial.repetition, trial.trial)
+                    self.again.append(await played_again(plan, trial, kept.get(trial.key, ())))
+                    tell(len(self.again), len(self.trials))
+                    await asyncio.sleep(0)  # here Ctrl-C is heard
 
 
 def _also(count: int, said: str) -> str:
@@ -135,7 +143,8 @@ def _records(of: _PlayedAgain) -> Iterator[Check]:
             with read(folder) as store:
                 damage = [said for (said,) in store.rows("pragma quick_check") if said != "ok"]
                 path = store.path.relative_to(of.directory)
-                failed += (f"{path}: {said}" for said in damage or contradictions(store))
+                rows = of.contradictions if folder == of.directory else [said for *_, said in rows_and_records(store)]
+                failed += (f"{path}: {said}" for said in damage or [*filter(None, rows), *miscounted(store)])
     broken = Counter(trial.error.boundary for trial in of.opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(of.trials)} trials ended as an error{where}"

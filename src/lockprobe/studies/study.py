@@ -35,7 +35,6 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.design import Design, SeriesArm
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.study_options import Repetitions, Seed, Steps, Trials
-from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.condition import Condition, Contrast
 from lockprobe.trial.doses import modality_doses
@@ -105,6 +104,32 @@ class EarlierSize:
     repetitions: Repetitions
     trials: Trials
     strategy_trials: Trials | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shard:
+    """Part ``number`` (from 1) ``of`` the trials of a study, which several machines play without communication.
+
+    A hash of its key assigns every trial to exactly one; ``lockprobe import`` merges the directories of all shards.
+    """
+
+    number: int
+    of: int
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The shard of a text such as ``3/16``, of at most 100 000."""
+        found = re.fullmatch(r"([0-9]{1,6})/([0-9]{1,6})", text)
+        if found is None or not 1 <= int(found[1]) <= int(found[2]) <= 100_000:
+            raise BadValue("shard", text, "i/n, for example 3/16 for the third of 16 parts, of at most 100000")
+        return cls(number=int(found[1]), of=int(found[2]))
+
+    def has(self, key: str) -> bool:
+        """Whether the trial with this key is in the shard."""
+        return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) % self.of == self.number - 1
 
 
 _json_sorted = partial(json.dumps, sort_keys=True)

@@ -12,9 +12,8 @@ from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.merge import gather
 from lockprobe.studies.records.read_records import load, replaced_records
-from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.runner import next_plans, run, run_study
-from lockprobe.studies.study import EarlierSize
+from lockprobe.studies.study import EarlierSize, Shard
 from lockprobe.trial.record import TrialError
 
 AGENT = "round-robin"

@@ -139,21 +139,22 @@ def tally(store: Database, study: Study) -> list[Tally]:
     return found
 
 
-def contradictions(store: Database) -> Iterator[str]:
-    """Where rows say something else than their records, or a finished trial has a second record."""
-    reader, last = TrialReader(), dict[str, tuple[bool, bool]]()
-    select = f"select current, {', '.join(COLUMNS)} from trial order by id"  # noqa: S608 - our own columns
+def rows_and_records(store: Database) -> Iterator[tuple[Trial, bool, str]]:
+    """Every trial as on record, whether that record counts, and what its row says otherwise, if anything."""
+    reader, select = TrialReader(), f"select current, {', '.join(COLUMNS)} from trial order by id"  # noqa: S608 - ours
     for current, *columns in store.rows(select, nulls=True):
         row = dict(zip(COLUMNS, columns, strict=True))
-        trial = trial_in(store, reader, key := row["key"], row["record"])
+        trial = trial_in(store, reader, row["key"], row["record"])
         made = row_of(trial, row["seconds"], row["identity"], row["record"])
-        if different := [name for name, one in zip(COLUMNS, made, strict=True) if one != row[name]]:
-            yield f"{key}: its {', '.join(different)} are not those of its record"
-        over, _ = last.get(key, (False, False))
-        if over:
-            yield f"{key}: a second record of a finished trial"
-        last[key] = not trial.owed_again, bool(current)
-    yield from (f"{key}: its last record does not count" for key, (_, current) in last.items() if not current)
+        different = ", ".join(name for name, one in zip(COLUMNS, made, strict=True) if one != row[name])
+        yield trial, bool(current), f"{trial.key}: its {different} are not those of its record" if different else ""
+
+
+def miscounted(store: Database) -> Iterator[str]:
+    """Trials of which a record counts that is not the last one, or follows a finished one."""
+    found = "group by key having max(id) > max(id * current) or total(not current and not owed)"
+    for (key,) in store.rows(f"select key from trial {found}"):  # noqa: S608 - ours
+        yield f"{key}: its last record does not count, or an earlier one is finished"
 
 
 def stored_records(store: Database) -> Iterator[bytes]:
