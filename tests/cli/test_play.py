@@ -17,17 +17,15 @@ from lockprobe.studies.running.single import run_trial
 
 SEED = 16
 HUMAN = run_trial(agent="human-inspired", p=0.2, seed=SEED)
-CLAIMS = {"moved": "m", "blocked": "n", None: ""}
 
 
-def play(*words, lines="", claims=True, seed=SEED):
-    words = ("--assessment", *words) if claims else words
+def play(*words, lines="", seed=SEED):
     return in_process("play", "--seed", seed, *words, stdin=lines).stdout
 
 
 def said(trial):
     """What a person would enter to do the same, line by line."""
-    return "\n".join(key for step in trial.steps for key in (CLAIMS[step.decision.claimed], step.decision.joint) if key)
+    return "\n".join(step.decision.joint for step in trial.steps)
 
 
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
@@ -51,22 +49,22 @@ def test_it_is_the_trial_that_any_agent_plays_and_at_the_end_truth_stands_beside
 
 def test_it_says_no_outcome_that_the_report_does_not_give():
     for flip, report in (("re-observed", "You attempted A."), ("outcome-only", "A moved.")):
-        panel = play("--p", 0, "--flip", flip, lines="A\nm\nq\n", seed=2)
+        panel = play("--p", 0, "--flip", flip, lines="A\nq\n", seed=2)
         assert report in panel.splitlines()
         assert "A did not move." not in panel
 
 
 def test_the_panel_says_what_changed_on_it_and_asks_in_its_own_order():
-    shown = play("--p", 0.4, lines="\n".join("ABCDACQ"), claims=False, seed=30).splitlines()
+    shown = play("--p", 0.4, lines="\n".join("ABCDACQ"), seed=30).splitlines()
     changed = [line.split(": ")[1] for line in shown if line.startswith("Changed on the panel: ")]
     assert changed == ["nothing.", "B.", "B, C.", "D.", "A, D.", "A."]  # D in a lie
     assert {line[:22] for line in shown if line.startswith("Which joint?")} == {"Which joint? D* A B C:"}
-    told = play("--p", 0.4, "--flip", "outcome-only", lines="A\nQ\n", claims=False, seed=8)
+    told = play("--p", 0.4, "--flip", "outcome-only", lines="A\nQ\n", seed=8)
     assert "Changed" not in told
 
 
 def test_nothing_true_is_shown_before_the_end():
-    shown = play("--p", 1, "--flip", "outcome-only", lines="\n".join([*["B", "m"] * 3, "q"]))
+    shown = play("--p", 1, "--flip", "outcome-only", lines="B\nB\nB\nq")
     before, _, after = shown.partition("Stopped")
     assert "B did not move." in before  # it always moves: the right revolute is free
     assert "B moved" not in before
@@ -74,8 +72,7 @@ def test_nothing_true_is_shown_before_the_end():
 
 
 def test_a_box_that_is_not_opened_and_too_large_for_thinking():
-    shown = play("--box", "chain-8", "--max-steps", 3, lines="A\nA\nA\n", claims=False)
-    assert "last action" not in shown
+    shown = play("--box", "chain-8", "--max-steps", 3, lines="A\nA\nA\n")
     assert "The box is not open after 3 steps." in shown
     assert re.search("^  ideal-observer +cannot plan", shown, re.MULTILINE)
     assert re.search("^  you +not within 3 steps$", shown, re.MULTILINE)
@@ -93,7 +90,7 @@ def test_what_is_no_choice_costs_no_step():
 @pytest.mark.parametrize(
     ("lines", "status", "last"),
     [
-        ("B\nm\nQuit\n", 0, "Stopped; nothing is saved."),
+        ("B\nQuit\n", 0, "Stopped; nothing is saved."),
         ("", 1, "No letter came for step 1, and nothing is saved."),
         ("B\n", 1, "No letter came for step 2, and nothing is saved."),
     ],

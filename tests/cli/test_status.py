@@ -83,9 +83,11 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
     assert (dear["price_date"], facts["price_date"]) == ("2026-01-02", None)
     assert facts["served"] == {"dear-1": 5, "free-1": 1}
     assert list(facts["agents"]) == [DEAR, FREE]
-    table = [line.split() for line in lines]
-    assert [DEAR, "5", "2", "3", "11,000", "500", "$0.033"] in table
-    assert [FREE, "1", "0", "0", "1,000", "100", "not", "known"] in table
+    assert (
+        f"calls       {DEAR}: 5 replies, $0.033 spent, 3 retries, 1 call failed, 1 call broken off; at most"
+        in "\n".join(lines)
+    )
+    assert f"            {FREE}: 1 reply, 1,000 tokens in, 100 out" in lines
     assert "open        3 trials unfinished, 2 replies kept for them" in lines
     assert "uncounted   1 attempt of unknown cost" in lines
     assert "steps       8 in 2.0 s of playing, summed over parallel trials" in lines

@@ -46,9 +46,6 @@ COMMANDS = {
 _OF_ROBOT = {"rig": "Prepare a robot: calibrate, check."}
 """Name of a command that lockprobe-robot adds -> help."""
 
-_COMPLETING = "_LOCKPROBE_COMPLETE"
-"""Environment variable that a shell sets to ask for completions."""
-
 
 def every_command() -> list[str]:
     """The names of all commands that are installed."""
@@ -147,7 +144,7 @@ def _run_command() -> int | None:
     asked = next((word for word in sys.argv[1:] if word != "--"), "")
     try:
         known = asked in COMMANDS or asked in _OF_ROBOT
-        whole = _COMPLETING in os.environ  # which needs the options of all
+        whole = "_LOCKPROBE_COMPLETE" in os.environ  # a shell completes, which needs the options of all
         app = build([asked] if known and not whole else every_command(), listed=not (known or whole))
         status = app(standalone_mode=False)
         return status if isinstance(status, int) else None

@@ -61,20 +61,12 @@ def take(
     if json:
         print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
         return
-    said = [
-        f"{count(gathered.taken, 'trial')} imported, {gathered.there} already there, {gathered.unfinished} unfinished."
-    ]
-    said += [
-        f"{number} {what}"
-        for number, what in (
-            (gathered.different, f"trials differ between SOURCE and {directory}, which keeps its own."),
-            (gathered.replies, "replies of unfinished trials were imported; these trials continue from them."),
-            (len(coming), "participants."),
-        )
-        if number
-    ]
-    said += [f"New agents: {', '.join(gathered.agents)}."] if gathered.agents else []
-    print(printable(" ".join([*said, f"Report: lockprobe report {directory}"])))
+    said = (
+        f"{count(gathered.taken, 'trial')} imported, {gathered.there} already there ({gathered.different} differ from those "
+        f"of {directory}, which keeps its own), {gathered.unfinished} unfinished ({gathered.replies} replies kept for "
+        f"them), {count(len(coming), 'participant')}. New agents: {', '.join(gathered.agents) or 'none'}."
+    )
+    print(printable(f"{said} Report: lockprobe report {directory}"))
 
 
 def _copy_settings_for_people(source: Path, into: Path) -> None:

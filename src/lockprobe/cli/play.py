@@ -22,7 +22,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.studies.running.trial_setup import play_timed
-from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Trial, in_words
+from lockprobe.trial.record import Decision, Fact, Situation, Trial, in_words
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
 """The strategies that play the same trial afterwards."""
@@ -39,8 +39,6 @@ target joint, {target}, moves. You have {budget} steps.
 The panel: {legend}.
 Keys: the letter of a joint; ? for help; q to stop."""
 
-_CLAIMS: Mapping[str, Outcome] = {"M": "moved", "N": "blocked"}
-
 _STOPPED = "Stopped; nothing is saved."
 
 
@@ -48,12 +46,11 @@ class Left(LockprobeError):
     """Raised when the person stops during a trial, or the input ends."""
 
 
-@with_study_options(only=("box", "p", "seed", "max_steps", "flip", "layout", "shuffle", "assessment"))
+@with_study_options(only=("box", "p", "seed", "max_steps", "flip", "layout", "shuffle"))
 def play(asked: Mapping[str, Any]) -> None:
     """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see the truth.
 
-    Without --p, all reports are true. Without --seed, it is drawn. A letter is an answer; --assessment also asks what
-    your last action did, as it asks agents. Nothing is saved.
+    Without --p, all reports are true. Without --seed, it is drawn. A letter is an answer. Nothing is saved.
     """
     seed = asked.get("seed", secrets.randbelow(_SEEDS))
     options = {"assessment": False, **asked, "seed": seed}
@@ -120,13 +117,9 @@ class Person:
         at = dict(zip(task.joints, now, strict=True))
         for line in panel_lines(self._box, labels=self._labels, positions=[at[label] for label in self._labels])[:-1]:
             say(line)
-        claimed: Outcome | None = None
-        if task.assessment and percept.joint is not None:
-            asked = "What did your last action do? m it moved, n it did not move: "
-            claimed = _CLAIMS[_answer(asked, "MN", step, rules)]
         order = [self._labels[i] for i in reading_order(self._box)]
         joints = " ".join(label + "*" * (label == task.target) for label in order)
-        return Decision(joint=_answer(f"Which joint? {joints}: ", order, step, rules), claimed=claimed)
+        return Decision(joint=_answer(f"Which joint? {joints}: ", order, step, rules))
 
 
 def _answer(question: str, choices: Sequence[str], step: int, rules: str) -> str:
@@ -152,20 +145,15 @@ def _answer(question: str, choices: Sequence[str], step: int, rules: str) -> str
 
 def _truth(trial: Trial, box: Lockbox) -> Iterator[str]:
     """The hidden truth of a trial: real outcomes beside the told ones, and the interlock."""
-    steps, asked = count(len(trial.steps), "step"), trial.assessment and len(trial.steps) > 1
+    steps = count(len(trial.steps), "step")
     yield f"\nYou opened the box in {steps}.\n" if trial.solved else f"\nThe box is not open after {steps}.\n"
-    yield f"step  joint  {'truth':14}{'told':23}{'you then said' if asked else ''}".rstrip()
+    yield "step  joint  truth         told"
     label = dict(zip(trial.joints, trial.labels, strict=True))
-    for step, claimed in zip(trial.steps, trial.said, strict=True):
+    for step in trial.steps:
         told = f"{in_words(step.told_moved):12} {'<- false' * step.told_falsely}"
-        line = f"{step.step:4}  {label[step.joint]:5}  {in_words(step.moved):14}{told:23}{in_words(claimed, '')}"
-        yield line.rstrip()
+        yield f"{step.step:4}  {label[step.joint]:5}  {in_words(step.moved):14}{told}".rstrip()
     lies = sum(step.told_falsely for step in trial.steps)
     yield f"{lies} of {len(trial.steps)} reports were false (flip rate {trial.p:g})."
-    if asked:
-        pairs = list(zip(trial.steps, trial.said, strict=True))[:-1]
-        right = sum((claimed == "moved") == step.moved for step, claimed in pairs)
-        yield f"Your statements about your actions were true {right} of {len(pairs)} times."
     yield "\nThe interlock"
     yield from (f"  {line}" for line in interlock_lines(box, dict(zip(box.names, trial.labels, strict=True))))
 

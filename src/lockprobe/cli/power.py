@@ -30,7 +30,6 @@ _OVER_BOXES = "Numbers of boxes to measure at, as 5,10,20, by --trials on each (
 _TRIALS = study_help(
     "trials", "numbers to measure at: 15,30,60,120,240; of why 50,150,300,600; on each box 1,2,5,10,20"
 )
-_STUDIES = "Simulated studies of each kind (100)."
 
 _FACTORS = (0.5, 1.0, 1.5)
 """What the assumed deviations between persons are multiplied by, to show how much they decide."""
@@ -49,7 +48,7 @@ def power(
     persons: Annotated[str | None, typer.Option(help=_PERSONS)] = None,
     boxes_each: Annotated[int | None, typer.Option(min=1, max=1000, help=_BOXES)] = None,
     over_boxes: Annotated[str | None, typer.Option(help=_OVER_BOXES)] = None,
-    studies: Annotated[int, typer.Option(min=1, max=100_000, help=_STUDIES)] = 100,
+    studies: Annotated[int, typer.Option(min=1, max=100_000, help="Simulated studies of each kind (100).")] = 100,
     json: options.AsJson = False,
 ) -> None:
     """Find by simulation how large a study has to be to detect a given effect with a power of 0.8.

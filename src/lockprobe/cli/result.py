@@ -74,8 +74,6 @@ def found(results: Results, directory: Path) -> Said:
         steps[f"the same command{' with another --out' * final}"] = (
             "plays the broken trials again, when their cause is mended"
         )
-        if any(row.of == "reply" and results.fact(row.agent, "schema") == "none" for row in broken):
-            steps["schema=strict in place of schema=none"] = "its server then enforces the form of replies"
         primary = []
     elif trial := results.fact("trials", "first"):
         where, played = quote(str(directory)), [row for row in results.where("success") if row.n]

@@ -24,7 +24,6 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.options.study_options import read_file, read_options
 
 _ESTIMATE = "Only estimate the cost; call no model and write nothing."
-_REPORT = "Write the report; `lockprobe report DIR` does it later."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
 
@@ -51,7 +50,7 @@ def run(
     budget: options.Budget = None,
     allow: options.Allow = None,
     estimate: Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)] = False,
-    report: Annotated[bool, typer.Option(help=_REPORT)] = True,
+    report: Annotated[bool, typer.Option(help="Write the report; `lockprobe report DIR` does it later.")] = True,
     json: options.AsJson = False,
     help_all: options.HelpAll = False,
 ) -> None:

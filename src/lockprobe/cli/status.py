@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.cli import options
-from lockprobe.cli.format_cost import in_boundaries, money, spent_facts
-from lockprobe.cli.printing import print_rows
+from lockprobe.cli.format_cost import in_boundaries, spent_facts, spent_in_words
 from lockprobe.foundation.clock import time_said
 from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import is_there
@@ -56,7 +55,7 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
         from lockprobe.cli.result import decided
         from lockprobe.studies.decisions import planned_now
 
-        planned, (said, answers) = planned_now(study, trials), decided(study, trials)
+        planned, (said, decisions) = planned_now(study, trials), decided(study, trials)
     kept = {key: len(replies) for key, replies in kept_replies(logged).items() if key not in over}
     begun = {call.key for call in logged if call.broken_off and call.key not in over} | kept.keys()
     flying = {call.key: call for call in logged if call.key not in over} if is_being_written(directory) else {}
@@ -77,21 +76,16 @@ def status(directory: options.Directory, json: options.AsJson = False) -> None:
         and {"joined": flow["consented"], "finished": flow["finished"], "withdrawn": flow["withdrawn"]},
         "boxes_given": {condition: number for condition, (number, _) in given.items()},
         "settings_hash": study.settings_hash,
-    } | ({"decided": answers, "until": str(study.until)} if study.until else {})
+    } | ({"decided": decisions, "until": str(study.until)} if study.until else {})
     spent, on_forks = spent_by_agent(logged), spent_by_agent(read_calls(directory / FORKS))
     if json:
         agents = {study.label_of(agent): spent_facts(own) for agent, own in spent.items()}
         more = {"agents": agents, "spent_on_forks": spent_facts(total(on_forks.values()))}
         print(json_.dumps(facts | spent_facts(total(spent.values())) | more))
         return
-    for name, line in (
-        *_lines(directory, facts),
-        *(("decided" * (not i), line.strip()) for i, line in enumerate(said)),
-    ):
+    answers = (("decided" * (not i), line.strip()) for i, line in enumerate(said))
+    for name, line in (*_lines(directory, facts), *answers, *_calls(study, spent, on_forks)):
         print(printable(f"{name:<12}{line}"))
-    if spent or on_forks:
-        print()
-        _print_calls(study, spent, on_forks)
 
 
 def _played(study: Study, records: Sequence[Tally], planned: int) -> dict[str, object]:
@@ -145,27 +139,22 @@ def _lines(directory: Path, facts: Mapping[str, Any]) -> Iterator[tuple[str, str
     yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
 
 
-def _print_calls(study: Study, by_agent: Mapping[str, Spending], on_forks: Mapping[str, Spending]) -> None:
-    """Print what the calls of each agent have cost; --json has the rest."""
-    rows: list[tuple[str, ...]] = [("calls of", "replies", "failed", "retries", "tokens in", "out", "cost")]
+def _calls(
+    study: Study, by_agent: Mapping[str, Spending], on_forks: Mapping[str, Spending]
+) -> Iterator[tuple[str, str]]:
+    """The same of what the calls of each agent have cost; --json has every number."""
     parts = [(study.label_of(agent), spent) for agent, spent in by_agent.items()]
     parts += [("all", total(by_agent.values()))] * (len(parts) > 1)
     parts += [("forks", total(on_forks.values()))] * bool(on_forks)
-    for agent, spent in parts:
-        usage, failed = spent.usage, spent.failed + spent.broken_off
-        numbers = (usage.calls, failed, spent.retries, usage.input_tokens, usage.output_tokens)
-        cost = "not known" if spent.dollars is None else money(spent.dollars)
-        rows.append((agent, *(f"{number:,}" for number in numbers), cost))
-    print_rows(rows)
-    print()
+    for i, (agent, spent) in enumerate(parts):
+        yield "calls" * (not i), f"{agent}: {count(spent.usage.calls, 'reply', 'replies')}, {spent_in_words(spent)}"
     spent = total([*by_agent.values(), *on_forks.values()])
-    most = "" if spent.dollars_unknown is None else f", at most {money(spent.dollars_unknown)} more"
-    claimed = f"{count(spent.claimed, 'call')}: the provider claims an impossible usage; counted above as its maximum"
-    for name, said, there in (
-        ("uncounted", f"{count(spent.unpriced, 'attempt')} of unknown cost{most}", spent.unpriced),
-        ("claimed", claimed, spent.claimed),
-        ("prices", f"of {spent.price and spent.price.date}, US dollars", spent.price),
-        ("served by", ", ".join(f"{name} ({number})" for name, number in spent.served.most_common()), spent.served),
-    ):
-        if there:
-            print(printable(f"{name:<12}{said}"))
+    if spent.unpriced:
+        yield "uncounted", f"{count(spent.unpriced, 'attempt')} of unknown cost"
+    if spent.claimed:
+        said = "the provider claims an impossible usage; counted above as its maximum"
+        yield "claimed", f"{count(spent.claimed, 'call')}: {said}"
+    if spent.price:
+        yield "prices", f"of {spent.price.date}, US dollars"
+    if spent.served:
+        yield "served by", ", ".join(f"{name} ({number})" for name, number in spent.served.most_common())
