@@ -62,9 +62,9 @@ def take(
         print(json_.dumps({**asdict(gathered), "participants": len(coming)}))
         return
     said = (
-        f"{count(gathered.taken, 'trial')} imported, {gathered.there} already there ({gathered.different} differ from those "
-        f"of {directory}, which keeps its own), {gathered.unfinished} unfinished ({gathered.replies} replies kept for "
-        f"them), {count(len(coming), 'participant')}. New agents: {', '.join(gathered.agents) or 'none'}."
+        f"{count(gathered.taken, 'trial')} imported, {gathered.there} already there ({gathered.different} differ from "
+        f"those of {directory}, which keeps its own), {gathered.unfinished} unfinished ({gathered.replies} replies "
+        f"kept for them), {count(len(coming), 'participant')}. New agents: {', '.join(gathered.agents) or 'none'}."
     )
     print(printable(f"{said} Report: lockprobe report {directory}"))
 
