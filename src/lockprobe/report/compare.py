@@ -1,26 +1,32 @@
 """Studies side by side: success of every agent under the conditions that they share, differences, and ``compare.html``.
 
-Agents and conditions are matched by what acts, whatever it is called. Studies of one seed share their luck: trials of
-equal repetition and number are compared in pairs. Others, and people, are independent samples. Agents of one study are
-compared in its own report, and baselines are compared only where all agents are. P values are corrected (Holm) for the
-differences under the conditions of one family. The page is one file without scripts.
+Studies are comparable if they play the same task: box, budget of steps, plant, layout and question are equal. They may
+differ in agents, prompts, seeds, flip rates, conditions and numbers of trials. A condition is compared if at least two
+studies have it: agents and conditions are matched by what acts, whatever it is called.
+
+Studies of one seed share their luck: trials of equal repetition and number are compared in pairs. Others, and people,
+are independent samples. Agents of one study are compared in its own report, and baselines are compared only where all
+agents are. P values are corrected (Holm) for the differences under the conditions of one family. The page is one file
+without scripts.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib.metadata import version
-from itertools import combinations
+from itertools import chain, combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import Field
 
-from lockprobe.foundation.errors import BadFile, UnknownName
-from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.foundation.formatting import listed, percent
+from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.interventions.asked_and_done import OwnPrompt
 from lockprobe.report.format import beside, count_of, tested
 from lockprobe.report.opened import open_study
 from lockprobe.report.prose import rules_broken_said
@@ -29,11 +35,16 @@ from lockprobe.report.rows import Estimate, detected_said, measured, who
 from lockprobe.report.section import Lines
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.course import is_baseline
+from lockprobe.statistics.design import Design
 from lockprobe.statistics.differences import each_difference, independent_difference
 from lockprobe.statistics.multiple_testing import holm
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.studies.comparable import check_comparable, families, shared
+from lockprobe.studies.study import SIZES, Study, arms_of, flip_axis
+from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.record import Trial
+
+_FREE = ("name", "names", "conditions", "strategy_conditions", *SIZES)
+"""Settings that may differ."""
 
 _SHARE, _OTHER = "success_compared", "the other"
 """What a side of a difference solved of the trials compared, and the part of the side that is subtracted."""
@@ -111,25 +122,29 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         if resolved.count(path) > 1:
             raise BadFile(directory, "given twice; a study is compared with others")
     opened = [open_study(directory) for directory in directories]
-    check_comparable({directory: one.study for directory, one in zip(directories, opened, strict=True)})
+    check_same_task({directory: one.study for directory, one in zip(directories, opened, strict=True)})
     known = dict.fromkeys(agent for one in opened for agent in one.study.labels)
     for agent in agents:
         if agent not in known:
             raise UnknownName("agent of these studies", agent, known)
     own = [shared(one.study) for one in opened]
-    times = Counter(label for conditions in own for label in {acting.label for acting, _ in conditions.values()})
+    labels = [dict.fromkeys(acting.label for acting, _ in conditions.values()) for conditions in own]
+    times = _times_shared(directories, labels)
     every = {one.label: one for conditions in own for one, _ in conditions.values() if times[one.label] > 1}
     family = families(every.values())
     ends = [["/".join(path.parts[-n:]) for n in range(1, len(path.parts) + 1)] for path in resolved]
     studies, samples = [], []
-    for one, conditions, paths in zip(opened, own, ends, strict=True):
+    for one, conditions, names, paths in zip(opened, own, labels, ends, strict=True):
         name = next(end for end in paths if sum(end in other for other in ends) == 1)
-        left = dict.fromkeys(acting.label for acting, _ in conditions.values() if acting.label not in family)
         far = one.progress
         studies.append(
             {"name": name, "study": one.study.name, "seed": one.study.seed, "agents": [*one.study.labels]}
             | {"planned": far.planned, "finished": far.finished, "people_trials": one.finished_by_people}
-            | {"not_shared": [*left], "looked_at": bool(far.every_look), "partial": far.partial}
+            | {
+                "not_shared": [name for name in names if name not in family],
+                "looked_at": bool(far.every_look),
+                "partial": far.partial,
+            }
         )
         played: dict[tuple[str, str], list[Trial]] = {}
         for trial in one.trials:
@@ -150,6 +165,58 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         said=" ".join(filter(None, (found or _NONE, rules))),
         unlike=tuple(_unlike(samples)),
     )
+
+
+def check_same_task(studies: Mapping[Path, Study]) -> None:
+    """Refuse fewer than two studies (directory -> study), and those that play another task than the first."""
+    if len(studies) < 2:
+        raise BadValue("directories", len(studies), "two or more, each with a study")
+    first, ours = next(iter(studies.items()))
+    free = _FREE if len(ours.boxes) > 1 else (*_FREE, "seed")  # of several, pairs of equal luck are compared
+    for directory, theirs in studies.items():
+        for name, (there, here) in ours.differences(theirs, but=free).items():
+            raise BadFile(directory, f"it cannot be compared with {first}: {name} is {there}, not {here}")
+
+
+def _times_shared(directories: Sequence[Path], labels: Sequence[Collection[str]]) -> Counter[str]:
+    """In how many studies each condition is; a study that shares none is refused."""
+    times = Counter(chain(*labels))
+    for directory, names in zip(directories, labels, strict=True):
+        if all(times[name] == 1 for name in names):
+            has, have = (listed([*of], named=6) for of in (names, [one for one in times if one not in names]))
+            raise BadFile(directory, f"it shares no condition with the other studies: it has {has}; they have {have}")
+    return times
+
+
+def shared(study: Study) -> dict[Condition, tuple[Condition, str]]:
+    """The conditions of a study as others share them: what acts, without its name and doses of 0, and the prompt.
+
+    A prompt, by its file, counts as part of the agent, so two prompts are compared like two agents.
+    """
+    found = {}
+    for one in study.conditions:
+        prompts = [spec for spec in one.specs if spec_name(spec) == OwnPrompt.name]
+        acting = tuple(Recorded(spec=str(spec), doses=doses) for spec, doses in one.acting if str(spec) not in prompts)
+        bare = replace(one, interventions=acting, name="")
+        files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
+        found[one] = bare, " + ".join(files)
+    return found
+
+
+def families(conditions: Iterable[Condition]) -> dict[str, str]:
+    """The family of each shared condition, by its label, in the order of the families.
+
+    Flip rates of every modality are one, with the truth; the doses of every other axis are one; all others are one,
+    whose name is empty. So a condition more changes nothing that is concluded of another family.
+    """
+    acting = list(dict.fromkeys(conditions))
+    flips = frozenset(one.label for one in flip_axis(acting))
+    design = Design(agents=(), arms=arms_of(acting), axis=flips)
+    found = {one.label: "flip rate" for one in acting if one.label in flips}
+    for axis in filter(None, (one.axis for one in design.against_controls)):
+        apart = axis.doses.keys() - found.keys() - {*design.controls.values()}
+        found |= {label: axis.key for label in axis.doses if label in apart}
+    return found | {one.label: "" for one in acting if one.label not in found}
 
 
 def study_rows(samples: Sequence[Sample]) -> list[StudyRow]:

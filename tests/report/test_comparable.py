@@ -4,15 +4,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import small_study, study_of
+from builders import small_study, study_of, write_study
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.studies.comparable import check_comparable, families, shared
+from lockprobe.report.compare import check_same_task, compare_studies, families, shared
 
 FLIPS = small_study()
-A, B, C = Path("a"), Path("b"), Path("c")
+A, B = Path("a"), Path("b")
 
 
 def of_conditions(*specs, **names):
@@ -38,24 +38,25 @@ SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
     ],
 )
 def test_another_task_is_refused_with_the_reason(study, change, why):
-    check_comparable({A: study, B: replace(study, agents=("round-robin",))})
+    check_same_task({A: study, B: replace(study, agents=("round-robin",))})
     with pytest.raises(BadFile, match=rf"^b: it cannot be compared with a: {why}$"):
-        check_comparable({A: study, B: replace(study, **change)})
+        check_same_task({A: study, B: replace(study, **change)})
 
 
-def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason():
-    with pytest.raises(BadValue, match="two or more"):
-        check_comparable({A: FLIPS})
+def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     flips = study_of((0.1, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))
-    with pytest.raises(
-        BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3 and flip\?p=0\.6; they"
-    ):
-        check_comparable({A: FLIPS, B: flips})
     sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), boxes=(box("chain-4"),))
-    with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
-        check_comparable({A: FLIPS, B: sticky})
-    with pytest.raises(BadFile, match=r"^c: it shares no condition"):
-        check_comparable({A: FLIPS, B: FLIPS, C: flips})
+    for name, study in {"a": FLIPS, "b": flips, "c": sticky, "d": FLIPS}.items():
+        write_study(tmp_path / name, study, [])
+    for asked, said in (
+        ("a", "two or more"),
+        ("ab", r"^a: it shares no condition .*: it has truth, flip\?p=0\.3 and flip\?p=0\.6; they"),
+        ("ac", r"they have flip\?p=0\.3&others=kept$"),
+        ("adb", "^b: it shares no condition"),
+    ):
+        with pytest.raises(UserMistake, match=said):
+            compare_studies([*map(Path, asked)])
 
 
 def test_a_prompt_belongs_to_the_agent(tmp_path):
