@@ -119,14 +119,17 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
         ({"at": ["0"]}, "a step from 1"),
         ({"told": ["lies"]}, "one of truth, lie, truth-truth"),
         ({"times": 0}, "from 1 to 1000"),
-        ({"keys": ["flips/human-inspired/truth/rep=1/trial=1"], "at": ["19"]}, "a place after which a trial goes on"),
+        (
+            {"keys": ["flips/human-inspired/truth/rep=1/trial=1"], "at": ["19"]},
+            "after which a trial goes on that no person played",
+        ),
     ):
         with pytest.raises(BadValue, match=message):
             branching(planned, trials, **asked)
     with pytest.raises(UnknownName, match="no trial is called 'flips/nobody'"):
         branching(planned, trials, keys=["flips/nobody"])
     broken = replace(trials[0], ending="error", error=TrialError(boundary="model", message="gone", step=3))
-    with pytest.raises(BadValue, match="a place after which a trial goes on that ended"):
+    with pytest.raises(BadValue, match="after which a trial goes on that no person played"):
         branching(planned, [broken, *trials[1:]], keys=[broken.key])
     assert broken.key not in branching(planned, [broken, *trials[1:]]).trials
 

@@ -133,34 +133,29 @@ def done_of(journal: Journal, study: Study | None = None) -> int:
 
 def _begin_lines(study: Study, journal: Journal, owed: int) -> Iterator[str]:
     """What will be played, where it goes, and what of it is done."""
-    run, done = study.size - study.invited, done_of(journal, study)
+    run, done, whole = study.size - study.invited, done_of(journal, study), replace(study, shard=None)
     if study.invited:
         said = f"People: {done_of(journal) - done} of {count(study.invited, 'trial')} played; they are not run"
         yield f"{said} but invited, by lockprobe serve {journal.directory}"
     if not run:
         return
     plant = f" as {study.plant}" * study.simulated
-    every = replace(study, shard=None)
-    whole = every.size - every.invited
-    extent = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}"
+    extent, most = f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}", ""
     if study.until:
-        most = count(study.repetitions * study.trials, "trial")
-        extent = f"until {study.until}, at most {most} per condition, looking after every {LOOK_EVERY} blocks,"
+        each, most = count(study.repetitions * study.trials, "trial"), "at most "
+        extent = f"until {study.until}, at most {each} per condition, looking after every {LOOK_EVERY} blocks,"
     elif study.strategy_trials is not None:
         extent += f" ({study.strategy_trials} for strategies)"
     yield (
         f"Study {study.name} on {study.boxes_in_words}{plant}: {count(len(study.conditions), 'condition')}: "
         f"{'; '.join(one.label for one in study.conditions)}; {extent} of {study.max_steps} steps; "
         f"agents {', '.join(study.labels)}; seed {study.seed}; "
-        f"{'at most ' * bool(study.until)}{count(whole, 'trial')} in all"
+        f"{most}{count(whole.size - whole.invited, 'trial')} in all"
     )
     yield f"Records: {journal.directory} (the same command resumes it)"
     yield settings_line(journal.study.settings_hash)
-    of = "" if study.until else f" of {run}"
-    if done:
-        yield f"{done}{of} trials are done already; {owed} are owed{' before the next look' * (not of)}"
-    elif study.shard:
-        yield f"{owed} of {whole} trials are played here"
+    if done or study.shard:
+        yield f"{done} of {most}{run} trials are done already; {owed} are owed{' before the next look' * bool(most)}"
 
 
 class Progress(Observer):

@@ -163,11 +163,11 @@ def study_and_people(
     files, numbers = [[one for one in people if one.isdecimal() == decimal] for decimal in (False, True)]
     if len(files) > 1 or len(numbers) > 1:
         raise BadValue("people", " ".join(people), "one file, one number, or one of each")
-    given = {"participants": next(iter(numbers), None), **own}
-    given = {name: value for name, value in given.items() if value is not None}
+    given = {name: value for name, value in own.items() if value is not None}
+    given |= {"participants": numbers[0]} if numbers else {}
 
-    def experiment(directory: Path) -> Experiment:
-        kept = read_experiment(Path(files[0])) if files else kept_experiment(directory) or Experiment()
+    def experiment(kept_in: Path | None) -> Experiment:
+        kept = read_experiment(Path(files[0])) if files else (kept_in and kept_experiment(kept_in)) or Experiment()
         return checked(Experiment, {**kept.model_dump(), **given})
 
     if Path(name).is_dir() and name not in STUDIES:
@@ -175,27 +175,24 @@ def study_and_people(
             said = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
             raise Conflict(said, f"the directory {name}", "its study already has its settings")
         there, out, numbers = read_study(Path(name)), Path(name), []
-        planned = replace(there, agents=tuple(dict.fromkeys((*there.agents, PEOPLE))))
+        planned = replace(there, agents=there.joined([PEOPLE]))
     else:
         request = read_options(name, asked)
         planned = study(request, agent=list(dict.fromkeys((*(request.agent or ()), PEOPLE))))
-
-    def directory() -> Path:
-        return out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
-
     if numbers and "trials" not in asked:
-        repetitions, settings = planned.repetitions if "repetitions" in asked else 1, experiment(directory())
+        repetitions, settings = planned.repetitions if "repetitions" in asked else 1, experiment(out)
         assert settings.participants is not None
         luck = trials_for(settings.participants, len(conditions_of(planned)), repetitions, settings)
         more = planned.strategy_trials if "strategy_trials" in asked else None
         trials = ceil(luck / len(planned.boxes)) * len(planned.boxes)
         planned = replace(planned, repetitions=repetitions, trials=trials, strategy_trials=more)
-    found = experiment(directory())
+    directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
+    found = experiment(directory)
     if (asked_for := found.participants) and asked_for > (places := places_in(planned, found)):
         has = f"whom {planned.invited} trials are enough for, {boxes_each(planned, found)} for each"
         has += f"; --people {asked_for} without --trials adds more" * (out != Path(name))
         raise BadValue("participants", asked_for, f"at most {places}, {has}")
-    return planned, directory(), found
+    return planned, directory, found
 
 
 def _write_examples(language: str, texts: Path | None, people: Path | None) -> None:

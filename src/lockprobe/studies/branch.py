@@ -158,8 +158,9 @@ def branching(
     forked = {trial.key: trial for trial in able if any(fork_steps(trial, rule) for rule in at)}
     if not forked:
         longest = max((len(trial.steps) for trial in able), default=1) - 1
-        expected = f"a place after which a trial goes on that ended and that no person played: a step up to {longest}"
-        raise BadValue("at", ", ".join(at), expected)
+        raise BadValue(
+            "at", ", ".join(at), f"a step up to {longest}, after which a trial goes on that no person played"
+        )
     arms = tuple(dict.fromkeys([TRUTH, *told]))
     for label, arm in product({trial.condition for trial in forked.values()}, arms):
         interventions_for(_changed(study.labelled(label), arm, 1)[1])

@@ -1,7 +1,6 @@
 """A study: which agents play which box under which conditions, how often, and from which seed.
 
-Its fields are its settings: ``study.json`` is this object as JSON (:func:`settings_of`), and :func:`study_from` reads
-it back.
+Its fields are its settings: ``study.json`` is this object as JSON (:func:`settings_of`).
 """
 
 from __future__ import annotations
@@ -13,22 +12,20 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from itertools import product
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter
 from pydantic.dataclasses import dataclass as model
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.layouts import redealt
-from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.inputs import parse_json
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
-from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability, plain
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip, with_rates
 from lockprobe.plants.catalogue import resolve_plant
@@ -537,7 +534,8 @@ def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
     return tuple(found)
 
 
-_SETTINGS = TypeAdapter(Study)
+AS_JSON = TypeAdapter(Study)
+"""How a study is read from ``study.json``, and written."""
 
 
 def settings_of(study: Study) -> dict[str, Any]:
@@ -545,24 +543,8 @@ def settings_of(study: Study) -> dict[str, Any]:
 
     What is empty is left out.
     """
-    found = _SETTINGS.dump_python(study, mode="json")
+    found = AS_JSON.dump_python(study, mode="json")
     for condition in found["conditions"]:
         if not condition["plant"]["options"]:
             del condition["plant"]
     return {name: value for name, value in found.items() if value not in (None, [], {})}
-
-
-def study_from(text: bytes, path: Path) -> Study:
-    """The study of which this is the ``study.json``; messages name its path."""
-    said: Any = parse_json(text, path)
-    try:
-        study = _SETTINGS.validate_json(text)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "settings"
-        raise BadFile(path, f"{where}: {plain(first['msg'])}") from None
-    except UserMistake as error:
-        raise BadFile(path, str(error)) from None
-    if other := [name for name, value in settings_of(study).items() if said.get(name) != value]:
-        raise BadFile(path, f"{other[0]}: is missing, or not as lockprobe writes it")
-    return study

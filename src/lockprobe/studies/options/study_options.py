@@ -223,8 +223,6 @@ def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> 
         BadValue: If an option has a value that it cannot have.
         BadFile: If there is no such file, or it is none of a study.
     """
-    if not isinstance(asked, StudyOptions | str | Path):
-        raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
     file = None if isinstance(asked, StudyOptions) or not str(asked).endswith(".toml") else Path(asked)
     before = asked if isinstance(asked, StudyOptions) else read_file(file) if file else None
     wanted = given if before else {"study": str(asked), **given}

@@ -149,21 +149,18 @@ def trial_study(agent: str, *, name: str = "trial", condition: Any = None, **giv
     if request.flip is not None and request.p is None:
         raise BadValue("flip", request.flip[0], "a flip rate p with it")
     (p,), (kind,), shown = request.p or [0.0], request.flip or [DEFAULT], request.modality
-    found = like = flips((p,), kind, shown)[0]
-    if condition:
-        if isinstance(condition, str):
-            condition = read_condition(condition, plant=request.plant or "symbolic")
-        found = condition
-        if not isinstance(condition, Condition):
-            if not (isinstance(condition, Sequence) and all(isinstance(one, Intervention) for one in condition)):
-                raise BadValue("condition", condition, "specs with plus signs, a Condition, or a list of interventions")
-            found = Condition(interventions=tuple(condition))
-        if found.modality == STATES:
-            found = replace(found, modality=like.modality)
-        elif shown not in (None, [found.modality]):
-            raise BadValue("modality", shown, f"none with a condition that says {found.modality} itself")
-        found = replace(found, interventions=(*like.interventions, *found.interventions))
-    return _planned(request, [agent], [found])
+    own, like = condition or (), flips((p,), kind, shown)[0]
+    if isinstance(own, str):
+        own = read_condition(own, plant=request.plant or "symbolic")
+    elif isinstance(own, Sequence) and all(isinstance(one, Intervention) for one in own):
+        own = Condition(interventions=tuple(own))
+    elif not isinstance(own, Condition):
+        raise BadValue("condition", own, "specs with plus signs, a Condition, or a list of interventions")
+    if own.modality == STATES:
+        own = replace(own, modality=like.modality)
+    elif shown not in (None, [own.modality]):
+        raise BadValue("modality", shown, f"none with a condition that says {own.modality} itself")
+    return _planned(request, [agent], [replace(own, interventions=(*like.interventions, *own.interventions))])
 
 
 def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:

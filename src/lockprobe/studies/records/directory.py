@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.foundation.inputs import read_input
+from pydantic import ValidationError
+
+from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.validation import plain
 from lockprobe.studies import SETTINGS
 from lockprobe.studies.records.store import holds
-from lockprobe.studies.study import SIZES, EarlierSize, Study, study_from
+from lockprobe.studies.study import AS_JSON, SIZES, EarlierSize, Study, settings_of
 
 
 def read_study(directory: Path | str) -> Study:
@@ -22,7 +26,18 @@ def read_study(directory: Path | str) -> Study:
     path = Path(directory) / SETTINGS
     if not path.exists():
         raise BadFile(directory, f"no {SETTINGS} here; is it the directory of a study?")
-    return study_from(read_input(path), path)
+    said: Any = parse_json(text := read_input(path), path)
+    try:
+        study = AS_JSON.validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "settings"
+        raise BadFile(path, f"{where}: {plain(first['msg'])}") from None
+    except UserMistake as error:
+        raise BadFile(path, str(error)) from None
+    if other := [name for name, value in settings_of(study).items() if said.get(name) != value]:
+        raise BadFile(path, f"{other[0]}: is missing, or not as lockprobe writes it")
+    return study
 
 
 def extended(planned: Study, directory: Path) -> Study:
