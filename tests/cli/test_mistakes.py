@@ -84,7 +84,6 @@ list measures nowhere | nowhere: no study.json here
 import @/S nowhere | nowhere: no study.db here
 import @/S @/S | a directory other than DIR
 import @/S @/empty | empty: no study.db here; is it the directory of a study?
-verify @/S --settings '' | settings: got '', expected the 32 hexadecimal digits
 export @/S --out '' | .: not a regular file: choose another name
 export @/S --out .. | ..: not a regular file: choose another name
 export @/S --table records | --format: got 'csv', expected jsonl, because a record is a JSON object

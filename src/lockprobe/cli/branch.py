@@ -88,7 +88,6 @@ def branch(
         print()
         for said in filter(None, (fork_said(rows), rules_broken_said(*Rules(*study.boxes).broken(forks)))):
             print(printable(said))
-        several = "; P and intervals for the number of agents" if any(row.corrected_for > 1 for row in rows) else ""
-        print(f"P is corrected for all effects on success of one agent (Holm){several}. --json has every interval.")
+        print("P is corrected for all effects on success of an agent (Holm), P and intervals for the number of agents.")
     if status := progress.end(owed, len(planned)):
         raise typer.Exit(status)

@@ -27,9 +27,6 @@ from lockprobe.trial.record import Decision, Fact, Situation, Trial, in_words
 OTHERS = ("ideal-observer", "human-inspired", "random")
 """The strategies that play the same trial afterwards."""
 
-_SEEDS = 10_000
-"""The number of seeds from which a seed is drawn if none is given."""
-
 _RULES = """\
 The box has {count} joints, each in one of two positions. They lock each other in a
 hidden way: whether a joint can move depends on the positions of other joints.
@@ -52,7 +49,7 @@ def play(asked: Mapping[str, Any]) -> None:
 
     Without --p, all reports are true. Without --seed, it is drawn. A letter is an answer. Nothing is saved.
     """
-    seed = asked.get("seed", secrets.randbelow(_SEEDS))
+    seed = asked.get("seed", secrets.randbelow(10_000))
     options = {"assessment": False, **asked, "seed": seed}
     study = trial_study(f"{PEOPLE}:local", **options)
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)

@@ -20,9 +20,6 @@ _PAPER = "Also write paper/: the exhibits of the paper and all other figures as 
 
 _PAGE = Path("compare.html")
 
-_LONGEST = 300
-"""The most characters of a line on different settings."""
-
 _DIRECTORIES = "The directory of a study; several are compared on one page."
 _AGENT = study_help("agent", "all; of several studies, fewer need less correction")
 _OUT = options.with_brackets(options.OUT, f"several studies: {_PAGE}")
@@ -76,7 +73,7 @@ def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, j
         found.said,
         *(f"Partial: {one['finished']} of {one['planned']} trials of {one['name']} are finished." for one in partial),
         *(f"Only in {one['name']}: {'; '.join(one['not_shared'])}." for one in apart),
-        *(f"Different settings: {line[:_LONGEST]}" for line in found.unlike),
+        *(f"Different settings: {line}" for line in found.unlike),
     ):
         print(printable(line))
     for name in ("success", "differences"):

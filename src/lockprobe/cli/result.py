@@ -25,9 +25,6 @@ from lockprobe.trial.record import Trial
 if TYPE_CHECKING:
     from lockprobe.report.rows import Results
 
-_LARGEST = 2**28
-"""Bytes of ``results.json``."""
-
 _LINES = 6
 """Lines on trials that broke, and on differences of an agent; the others are in the report."""
 
@@ -57,7 +54,7 @@ def read_result(directory: Path) -> Results | None:
     from lockprobe.report.rows import Results
 
     try:
-        return Results.model_validate_json(read_input(directory / RESULTS, _LARGEST))
+        return Results.model_validate_json(read_input(directory / RESULTS))
     except (LockprobeError, ValidationError):
         return None
 

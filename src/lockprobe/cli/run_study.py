@@ -52,9 +52,6 @@ BUDGET_REACHED = 3
 _FIRST, _EVERY = 2.0, 60.0
 """Seconds until the first line about the state of an agent, and from one to the next, whether a trial ended or not."""
 
-_LONG = 5.0
-"""Seconds after which a call that has not come back is spoken of."""
-
 
 def planned_study(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
     """The study of a name or file with the options of the command line, and its directory.
@@ -310,7 +307,7 @@ class Progress(Observer):
             f"{now['steps'] / seconds:.1f} steps/s",
             f"{left} left",
             spent_in_words(self._spent),
-            way * (waited >= _LONG),
+            way * (waited >= 5.0),  # seconds, which most calls do not take
             in_boundaries(self._errors),
         ]
         return " · ".join(filter(None, parts))

@@ -326,7 +326,7 @@ def _report(of: _PlayedAgain) -> Iterator[Check]:
 
     def written(name: str) -> bytes:
         try:
-            return read_input(of.directory / name, 2**28)
+            return read_input(of.directory / name)
         except LockprobeError:
             return b""
 

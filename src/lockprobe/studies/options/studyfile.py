@@ -39,9 +39,6 @@ from lockprobe.trial.doses import modality_doses
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
-_UNTIL = {"repetitions": 1, "trials": 300}
-"""The most that is played of a study that stops when it is decided, unless something else is said."""
-
 _AS_ASKED = (
     *("repetitions", "trials", "strategy_trials", "max_steps", "seed", "shuffle", "layout", "assessment", "hypothesis"),
     "contrasts",
@@ -191,7 +188,7 @@ def _with_defaults(asked: StudyOptions) -> tuple[StudyOptions, set[str]]:
     cases, usual = {case for case, held in holds.items() if held}, dict[str, Any](plant=plant.spec)
     for part in (own, *(found for case, found in own.when.items() if case in cases)):
         usual |= {name: getattr(part, name) for name in part.model_fields_set & StudyOptions.model_fields.keys()}
-    usual |= _UNTIL if asked.until else {}
+    usual |= {"repetitions": 1, "trials": 300} if asked.until else {}  # the most, unless something else is said
     dropped = {"condition"}
     if asked.trials is not None or asked.until is not None:  # strategies play as many
         dropped.add("strategy_trials")

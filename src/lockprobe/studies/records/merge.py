@@ -162,9 +162,6 @@ def _calls(store: Database) -> dict[str, list[tuple[Any, ...]]]:
     return grouped(store.rows("select key, call, crc from call order by id"), lambda row: row[0])
 
 
-_LEAST = 16
-"""Bytes that a row takes at the least."""
-
 _LOGS = {
     "call": "key, call, crc",
     "attempt": "key, kind, joint, claimed, told, hypothesis, crc",
@@ -205,7 +202,7 @@ def save_sound_rows(directory: Path, into: Path) -> int:
 
 def _rows(store: Database, table: str, columns: str) -> Iterator[tuple[Any, ...]]:
     """The rows of a table that can be read, each with its number."""
-    last = store.path.stat().st_size // _LEAST  # a bound of the number of the last row
+    last = store.path.stat().st_size // 16  # a bound of its number, as every row takes so many bytes at the least
     with suppress(BadFile):
         last = min(store.one(f"select coalesce(max(id), 0) from {table}")[0], last)  # noqa: S608
     for number in range(1, last + 1):
