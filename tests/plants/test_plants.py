@@ -105,8 +105,8 @@ def test_an_answer_is_typed_and_what_is_none_is_asked_again(typed, answers, answ
 LABELS = ("C", "A", "E", "D", "B")
 
 
-def plant_with(person, **parts):
-    return Manual(person.box, labels=LABELS[: len(person.box.joints)], operator=person, **parts)
+def plant_with(person):
+    return Manual(person.box, labels=LABELS[: len(person.box.joints)], operator=person)
 
 
 def test_a_person_who_obeys_the_rules_is_a_plant():

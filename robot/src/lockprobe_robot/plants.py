@@ -13,7 +13,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, in_words, settings_of, with_options
 from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
-from lockprobe.plants.manual import Manual, TerminalOperator
+from lockprobe.plants.manual import TerminalOperator
 from lockprobe.trial.protocols import Plant
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
@@ -126,19 +126,17 @@ def manual(spec: Spec) -> PlantSource:
     folder = with_options(_ManualSettings, "manual", spec.options).camera
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
-        from lockprobe_robot.hardware.sight import HANDLES_FILE, CameraSight, FolderCamera, read_handles
+        from lockprobe_robot.hardware.sight import HANDLES_FILE, CameraSight, FolderCamera, Photographed, read_handles
 
-        sight = None
-        if folder:
-            handles = read_handles(Path(folder, HANDLES_FILE), box)
-            sight = CameraSight(FolderCamera(folder), handles)
-        return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)
+        handles = read_handles(Path(folder, HANDLES_FILE), box)
+        sight = CameraSight(FolderCamera(folder), handles)
+        return Photographed(box, labels=labels, operator=TerminalOperator(), sight=sight)
 
     return PlantSource(
         spec=str(spec),
         make=make,
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
-        photographs=bool(folder),
+        photographs=True,
         lays_out=False,
         is_attended=lambda: True,
         options={},

@@ -20,6 +20,7 @@ from lockprobe_robot.calibration.calibration_file import Calibration
 from lockprobe_robot.cli.rig import app
 from lockprobe_robot.hardware import check, realsense
 from lockprobe_robot.hardware.check import check_rig
+from lockprobe_robot.hardware.rehearsal import ConsentingOperator
 from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight
 from plants.person import handles_text
@@ -30,7 +31,6 @@ from lockprobe.cli import build
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.manual import ConsentingOperator
 from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant

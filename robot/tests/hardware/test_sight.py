@@ -12,7 +12,7 @@ import pytest
 from drawn_board import HANDLES, board
 from hardware.fakes import image_handles
 from lockprobe_robot import plants
-from lockprobe_robot.hardware.sight import CameraSight, FolderCamera, Shot, read_handles
+from lockprobe_robot.hardware.sight import CameraSight, FolderCamera, Photographed, Shot, read_handles
 from PIL import Image
 from plants.person import Person, handles_text
 from typed import in_process
@@ -21,7 +21,7 @@ from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.manual import ENTER, Manual
+from lockprobe.plants.manual import ENTER
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant
@@ -112,7 +112,7 @@ def by_hand(person):
     folder = person.folder
     (folder / "handles.toml").write_text(handles_text(FIVE), "utf-8")
     sight = CameraSight(FolderCamera(folder), read_handles(folder / "handles.toml", FIVE))
-    return Manual(FIVE, labels=LABELS, operator=person, sight=sight)
+    return Photographed(FIVE, labels=LABELS, operator=person, sight=sight)
 
 
 def test_a_camera_in_front_of_the_person_is_a_plant_too(tmp_path):

@@ -15,7 +15,6 @@ from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from scipy.spatial.transform import Rotation
 
 from lockprobe.boxes.families import box
-from lockprobe.plants.manual import ConsentingOperator
 
 ROOT = Path(__file__).parents[3]
 PATH = ROOT / "examples" / "ur_arm.py"
@@ -80,7 +79,7 @@ def arm(monkeypatch, robot):
 def test_attempts_through_it_say_what_the_rules_say(arm, robot):
     puzzle = box("chain-3")
     panel = lay_out_panel(puzzle)
-    within = Bounded(arm, rehearsal._BOUNDS, operator := ConsentingOperator())
+    within = Bounded(arm, rehearsal._BOUNDS, operator := rehearsal.ConsentingOperator())
     rig = Rig(puzzle, labels=puzzle.names, arm=within, panel=panel, operator=operator, truth="verdict")
     before, verdicts = rig.observe().configuration, set()
     for joint in np.random.default_rng(2).integers(len(puzzle.joints), size=6).tolist():

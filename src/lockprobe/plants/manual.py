@@ -1,9 +1,8 @@
 """The plant ``manual``: a person moves the joint that the agent names, and says what happened.
 
-The truth is the person's answer, or what a :class:`Sight` reads from a picture (``manual?camera=FOLDER`` of
-lockprobe-robot). The person sees the agent's label and the name of the joint in the box. The plant needs a terminal, so
-its trials are played in this process, one at a time. The operator answers one question at a time, at the terminal or
-scripted in tests.
+The truth is the person's answer; with ``manual?camera=FOLDER`` of lockprobe-robot it is read from pictures. The person
+sees the agent's label and the name of the joint in the box. The plant needs a terminal, so its trials are played in
+this process, one at a time. The operator answers one question at a time, at the terminal or scripted in tests.
 """
 
 from __future__ import annotations
@@ -12,12 +11,12 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from lockprobe.boxes.box import Configuration, Lockbox, bits
+from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.child_processes import interruptible
 from lockprobe.foundation.errors import PlantFault, UserMistake
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.pictures.frame import Frame
-from lockprobe.trial.record import Fact, Snapshot, in_words
+from lockprobe.trial.record import Fact, Snapshot
 
 ENTER = ""
 """The answer of a person who only presses Enter."""
@@ -50,25 +49,6 @@ def ask_to_begin(operator: Operator, question: str = "Press Enter when they stan
         raise UserMistake(f"{stopped}; no trial had begun, so nothing is lost: the same command goes on") from None
 
 
-class ConsentingOperator:
-    """An automatic operator that agrees to everything, only for rehearsals in which nothing real moves."""
-
-    def __init__(self) -> None:
-        self._began = False
-
-    def ask(self, question: str, answers: Sequence[str]) -> str:
-        """Yes, or Enter once."""
-        if ENTER not in answers:
-            return "y"
-        if self._began:
-            raise OperatorStopped("the box does not stand as it should, and nobody is there to set it up")
-        self._began = True
-        return ENTER
-
-    def tell(self, line: str) -> None:
-        """Discard the line."""
-
-
 class TerminalOperator:
     """Asks on standard error and reads lines from standard input, so that standard output stays for results."""
 
@@ -95,84 +75,38 @@ class TerminalOperator:
         sys.stderr.write(f"{printable(line)}\n")
 
 
-class Sight(Protocol):
-    """Reads the positions of the joints from pictures, in the place of the person's answer."""
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        """Facts for the record, such as the kind of camera."""
-        ...
-
-    def read(self, names: tuple[str, ...]) -> Snapshot:
-        """Take a new picture and read it; the joints have these names in panel order, for the message.
-
-        With a ``PlantFault`` if there is none, or no clear position of a joint, the person is asked for another one.
-        """
-        ...
-
-    def close(self) -> None:
-        """Release the camera."""
-        ...
-
-
 class Manual:
     """A box in front of a person, whose rules only detect typing errors: they decide no outcome.
 
     The trial begins when the person says that the box stands in its initial configuration. Labels are in panel order.
-    Without a ``sight``, which reads the truth from pictures, the person tells it.
     """
 
-    def __init__(
-        self, box: Lockbox, *, labels: tuple[str, ...], operator: Operator, sight: Sight | None = None
-    ) -> None:
-        self._box, self._operator, self._sight = box, operator, sight
-        self._called = [f"{label} ({name})" for label, name in zip(labels, box.names, strict=True)]
+    def __init__(self, box: Lockbox, *, labels: tuple[str, ...], operator: Operator) -> None:
+        self._box, self._operator = box, operator
+        self._called = tuple(f"{label} ({name})" for label, name in zip(labels, box.names, strict=True))
         self._configuration: Configuration | None = None
         self._look: Callable[[], Frame] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
         """The source of the truth."""
-        return {"truth": "person"} if self._sight is None else {"truth": "camera", **self._sight.facts}
+        return {"truth": "person"}
 
     def observe(self) -> Snapshot:
         """The truth now; before the first attempt the person is asked to set the box up."""
         if self._configuration is None:
             stand = ", ".join(f"{one} at {at:d}" for one, at in zip(self._called, self._box.initial, strict=True))
             self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
-            if self._sight is None:
-                ask_to_begin(self._operator)
-            else:
-                ask = "Take a picture, then press Enter; q to stop:"
-                while (seen := self._photographed(self._sight, ask, begin=True)) != self._box.initial:
-                    places = zip(self._called, self._box.initial, seen, strict=True)
-                    wrong = ", ".join(f"{one} at {wanted:d}" for one, wanted, found in places if wanted != found)
-                    self._operator.tell(f"The picture shows {bits(seen)}: set {wrong}.")
+            self._begin()
             self._configuration = self._box.initial
         return Snapshot(configuration=self._configuration, look=self._look)
 
     def attempt(self, joint: int) -> Snapshot:
         """Let the person attempt a joint, by index in panel order."""
-        before, called = self._configuration, self._called[joint]
+        before = self._configuration
         assert before is not None
-        ask = f"Move joint {called} from {before[joint]:d} to {not before[joint]:d}"
-        if self._sight is None:
-            yes_or_no = ("y", "n")
-            moved = self._operator.ask(f"{ask}. Did it move? y/n, q to stop:", yes_or_no) == "y"
-            if moved != (free := self._box.may_move(before, joint)):  # perhaps a typing error
-                rule = f"By the rules of {self._box.name} {called} is {'free' if free else 'locked'}."
-                moved = self._operator.ask(f"{rule} Did it really move? y/n, q to stop:", yes_or_no) == "y"
-            after: Configuration = tuple(at != (moved and i == joint) for i, at in enumerate(before))
-        else:
-            ask = f"{ask} if it goes. Take a picture, then press Enter; q to stop:"
-            after = self._photographed(self._sight, ask)
-            others = [i for i, (was, now) in enumerate(zip(before, after, strict=True)) if was != now and i != joint]
-            if others:
-                also = ", ".join(self._called[i] for i in others)
-                raise PlantFault(f"{called} was attempted and {also} moved: {bits(before)} became {bits(after)}")
-            did = in_words(after[joint] != before[joint])
-            self._operator.tell(f"The picture shows {bits(after)}: {called} {did}.")
-        self._configuration = after
+        ask = f"Move joint {self._called[joint]} from {before[joint]:d} to {not before[joint]:d}"
+        after = self._configuration = self._after(joint, before, ask)
         return Snapshot(
             configuration=after,
             joint=joint,
@@ -182,21 +116,17 @@ class Manual:
         )
 
     def close(self) -> None:
-        """Release the camera."""
-        if self._sight is not None:
-            self._sight.close()
+        """Do nothing: there are no resources to release."""
 
-    def _photographed(self, sight: Sight, question: str, *, begin: bool = False) -> Configuration:
-        """Ask for a picture until one can be read; ``begin`` where stopping ends the run and not the trial."""
-        while True:
-            if begin:
-                ask_to_begin(self._operator, question)
-            else:
-                self._operator.ask(question, (ENTER,))
-            try:
-                seen = sight.read(tuple(self._called))
-            except PlantFault as fault:
-                self._operator.tell(f"{fault}.")
-                continue
-            self._look = seen.look
-            return seen.configuration
+    def _begin(self) -> None:
+        """Wait until the box stands as it was asked."""
+        ask_to_begin(self._operator)
+
+    def _after(self, joint: int, before: Configuration, ask: str) -> Configuration:
+        """The configuration after the person was asked to move a joint."""
+        called, yes_or_no = self._called[joint], ("y", "n")
+        moved = self._operator.ask(f"{ask}. Did it move? y/n, q to stop:", yes_or_no) == "y"
+        if moved != (free := self._box.may_move(before, joint)):  # perhaps a typing error
+            rule = f"By the rules of {self._box.name} {called} is {'free' if free else 'locked'}."
+            moved = self._operator.ask(f"{rule} Did it really move? y/n, q to stop:", yes_or_no) == "y"
+        return tuple(at != (moved and i == joint) for i, at in enumerate(before))

@@ -8,7 +8,7 @@ Both drive the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guard
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.catalogue import FilmHook
-from lockprobe.plants.manual import ConsentingOperator
+from lockprobe.plants.manual import ENTER, OperatorStopped
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.arm.protocol import StoppableArm
 from lockprobe_robot.box_model.panel import lay_out_panel
@@ -26,6 +26,25 @@ from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 
 _BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
+
+
+class ConsentingOperator:
+    """An automatic operator that agrees to everything, only for rehearsals in which nothing real moves."""
+
+    def __init__(self) -> None:
+        self._began = False
+
+    def ask(self, question: str, answers: Sequence[str]) -> str:
+        """Yes, or Enter once."""
+        if ENTER not in answers:
+            return "y"
+        if self._began:
+            raise OperatorStopped("the box does not stand as it should, and nobody is there to set it up")
+        self._began = True
+        return ENTER
+
+    def tell(self, line: str) -> None:
+        """Discard the line."""
 
 
 @dataclass(frozen=True, slots=True)

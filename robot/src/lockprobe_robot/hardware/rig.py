@@ -13,12 +13,13 @@ from typing import Literal
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import LockprobeError, PlantFault
-from lockprobe.plants.manual import Operator, Sight, ask_to_begin
+from lockprobe.plants.manual import Operator, ask_to_begin
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.arm.guarded_move import TouchVerdict, guarded_move
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.hardware.bounds import Bounded
+from lockprobe_robot.hardware.sight import Sight, only_moved
 
 
 class Rig:
@@ -147,12 +148,8 @@ class Rig:
     def _after(self, joint: int, before: Configuration, verdict: TouchVerdict) -> Configuration:
         """The configuration after an attempt, from the source of the truth."""
         called = self._called[joint]
-        if (after := self._seen()) is not None:
-            others = [i for i, (was, now) in enumerate(zip(before, after, strict=True)) if was != now and i != joint]
-            if others:
-                names = ", ".join(self._called[i] for i in others)
-                raise PlantFault(f"{called} was attempted and {names} moved: {bits(before)} became {bits(after)}")
-            return after
+        if (seen := self._seen()) is not None:
+            return only_moved(self._called, joint, before, seen)
         if self._truth == "person":
             moved = self._operator.ask(f"Did joint {called} move? y/n, q to stop:", ("y", "n")) == "y"
         elif verdict == "failed":

@@ -8,7 +8,7 @@ reading.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Protocol
@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from PIL import ImageOps
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, PlantFault
 from lockprobe.foundation.inputs import read_input, read_toml
 from lockprobe.foundation.validation import plain
+from lockprobe.plants.manual import ENTER, Manual, Operator, ask_to_begin
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import clear_positions
-from lockprobe.trial.record import Fact, Snapshot
+from lockprobe.trial.record import Fact, Snapshot, in_words
 from lockprobe_robot.hardware.bounds import call_driver
 from lockprobe_robot.picture_file import open_picture
 
@@ -164,8 +165,28 @@ def read_handles(path: Path, box: Lockbox) -> ImageHandles:
     return found
 
 
+class Sight(Protocol):
+    """Reads the positions of the joints from pictures, as the truth."""
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Facts for the record, such as the kind of camera."""
+        ...
+
+    def read(self, names: tuple[str, ...]) -> Snapshot:
+        """Take a new picture and read it; the joints have these names in panel order, for the message.
+
+        With a ``PlantFault`` if there is none, or no clear position of a joint, the person is asked for another one.
+        """
+        ...
+
+    def close(self) -> None:
+        """Release the camera."""
+        ...
+
+
 class CameraSight:
-    """Reads the positions of joints in the pictures of a camera; a :class:`lockprobe.plants.manual.Sight`.
+    """Reads the positions of joints in the pictures of a camera; a :class:`Sight`.
 
     Args:
         camera: The camera.
@@ -210,3 +231,56 @@ class CameraSight:
     def close(self) -> None:
         """Release the camera, if it has something to release."""
         call_driver("the camera", getattr(self._camera, "close", lambda: None))
+
+
+def only_moved(called: Sequence[str], joint: int, before: Configuration, after: Configuration) -> Configuration:
+    """The configuration after an attempt on a joint, by index in panel order; ``PlantFault`` if another one moved."""
+    others = [name for i, name in enumerate(called) if i != joint and before[i] != after[i]]
+    if others:
+        moved = f"{', '.join(others)} moved: {bits(before)} became {bits(after)}"
+        raise PlantFault(f"{called[joint]} was attempted and {moved}")
+    return after
+
+
+class Photographed(Manual):
+    """A box that a person moves and photographs: the truth is what a sight reads in the pictures."""
+
+    def __init__(self, box: Lockbox, *, labels: tuple[str, ...], operator: Operator, sight: Sight) -> None:
+        super().__init__(box, labels=labels, operator=operator)
+        self._sight = sight
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """The source of the truth, and its own facts."""
+        return {"truth": "camera", **self._sight.facts}
+
+    def close(self) -> None:
+        """Release the camera."""
+        self._sight.close()
+
+    def _begin(self) -> None:
+        ask = "Take a picture, then press Enter; q to stop:"
+        while (seen := self._seen(lambda: ask_to_begin(self._operator, ask))) != self._box.initial:
+            places = zip(self._called, self._box.initial, seen, strict=True)
+            wrong = ", ".join(f"{one} at {wanted:d}" for one, wanted, found in places if wanted != found)
+            self._operator.tell(f"The picture shows {bits(seen)}: set {wrong}.")
+
+    def _after(self, joint: int, before: Configuration, ask: str) -> Configuration:
+        ask = f"{ask} if it goes. Take a picture, then press Enter; q to stop:"
+        seen = self._seen(lambda: self._operator.ask(ask, (ENTER,)))
+        after = only_moved(self._called, joint, before, seen)
+        did = in_words(after[joint] != before[joint])
+        self._operator.tell(f"The picture shows {bits(after)}: {self._called[joint]} {did}.")
+        return after
+
+    def _seen(self, ask: Callable[[], object]) -> Configuration:
+        """Ask for a picture until one can be read."""
+        while True:
+            ask()
+            try:
+                seen = self._sight.read(self._called)
+            except PlantFault as fault:
+                self._operator.tell(f"{fault}.")
+                continue
+            self._look = seen.look
+            return seen.configuration
