@@ -34,7 +34,7 @@ def typed_here(*words):
     out, err = (io.TextIOWrapper(io.BytesIO(), "utf-8", write_through=True) for _ in range(2))
     arguments = ["lockprobe", *map(str, words)]
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        patch.setattr("lockprobe.foundation.http_server.stop_signals", at_once)
+        patch.setattr("lockprobe.people.web.app.stop_signals", at_once)
         patch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
         patch.setattr("sys.argv", arguments)
         with pytest.raises(SystemExit) as ended:

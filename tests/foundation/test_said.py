@@ -8,7 +8,6 @@ import pytest
 
 from lockprobe.foundation import errors
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, UnknownName, UserMistake, advice, needing
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.foundation.validation import check_choice
@@ -52,43 +51,6 @@ def test_advice_for_a_missing_package_is_that_of_the_tool_in_use(monkeypatch, pi
     monkeypatch.setattr(errors, "CLONED", True)
     assert advice(pip) == advice(uv) == uv
     assert str(Missing("x", pip)) == f"x: {uv}"
-
-
-def broken():
-    raise ZeroDivisionError("division\nby zero")
-
-
-def test_a_section_that_fails_is_replaced_and_named_once_in_a_short_line():
-    def long():
-        raise ValueError("x" * 1000 + "\n\x1b[2J")
-
-    class Mute(Exception):
-        def __str__(self):
-            raise TypeError
-
-    def mute():
-        raise Mute
-
-    with leaving_out() as failed:
-        assert section("Loops", lambda: 1, lambda: 2) == 1
-        for _ in range(2):
-            assert section("Loops", broken, lambda: 2) == 2
-        section("Lengths", long, lambda: None)
-        section("Words", mute, lambda: None)
-    assert failed[0] == LeftOutSection("Loops", "ZeroDivisionError: division by zero")
-    assert [one.reason.isprintable() and len(one.reason) <= 200 for one in failed] == [True] * 3
-    assert failed[2].reason == "Mute"
-
-
-def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
-    with pytest.raises(ZeroDivisionError):
-        section("Loops", broken, lambda: 2)
-
-    def interrupted():
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt), leaving_out():
-        section("Loops", interrupted, lambda: 2)
 
 
 KEY = "sk-Pri/vate+0123=äB"

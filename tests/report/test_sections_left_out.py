@@ -3,10 +3,11 @@
 import html
 import sys
 
+import pytest
 from builders import write_study
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation import left_out as sections
+from lockprobe.report import left_out as sections
 from lockprobe.report import page
 from lockprobe.report.opened import open_study
 from lockprobe.report.questions import all_sections
@@ -63,3 +64,40 @@ def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, tmp_
         )
         assert "</html>" in text
         assert (found.answer == "") == ("The answer" in names)
+
+
+def dividing():
+    raise ZeroDivisionError("division\nby zero")
+
+
+def test_a_section_that_fails_is_replaced_and_named_once_in_a_short_line():
+    def long():
+        raise ValueError("x" * 1000 + "\n\x1b[2J")
+
+    class Mute(Exception):
+        def __str__(self):
+            raise TypeError
+
+    def mute():
+        raise Mute
+
+    with sections.leaving_out() as failed:
+        assert sections.section("Loops", lambda: 1, lambda: 2) == 1
+        for _ in range(2):
+            assert sections.section("Loops", dividing, lambda: 2) == 2
+        sections.section("Lengths", long, lambda: None)
+        sections.section("Words", mute, lambda: None)
+    assert failed[0] == sections.LeftOutSection("Loops", "ZeroDivisionError: division by zero")
+    assert [one.reason.isprintable() and len(one.reason) <= 200 for one in failed] == [True] * 3
+    assert failed[2].reason == "Mute"
+
+
+def test_where_nobody_collects_an_error_is_raised_and_an_interrupt_always():
+    with pytest.raises(ZeroDivisionError):
+        sections.section("Loops", dividing, lambda: 2)
+
+    def interrupted():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), sections.leaving_out():
+        sections.section("Loops", interrupted, lambda: 2)

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lockprobe.foundation import clock
+from lockprobe.foundation import formatting
 from lockprobe.foundation.child_processes import safe_path
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def _subcommand(name: str) -> Any:
 def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     atexit.register(gc.freeze)  # a process that ends looks through no objects again, which takes half a second
-    clock.held = os.environ.pop("SOURCE_DATE_EPOCH", "")
+    formatting.epoch_held = os.environ.pop("SOURCE_DATE_EPOCH", "")
     try:
         with safe_path():  # also what libraries start: glfw asks an interpreter of its own for its version
             status = _run_command()

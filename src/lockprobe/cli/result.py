@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.formatting import count, first_three, points
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
+from lockprobe.report.left_out import LeftOutSection
 from lockprobe.studies import RESULTS
 from lockprobe.studies.decisions import answers_by_agent
 from lockprobe.studies.study import Study

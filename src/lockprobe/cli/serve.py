@@ -107,9 +107,8 @@ def serve(
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
     with needing("pages for people", "web"):
-        from lockprobe.foundation.http_server import stop_signals
         from lockprobe.people.web.address import Address
-        from lockprobe.people.web.app import opened
+        from lockprobe.people.web.app import opened, stop_signals
     words = read_words(experiment.language)
 
     def announce(where: Any, state: Any) -> None:

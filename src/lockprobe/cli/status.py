@@ -10,8 +10,7 @@ from typing import Any
 
 from lockprobe.cli import options
 from lockprobe.cli.format_cost import in_boundaries, spent_facts, spent_in_words
-from lockprobe.foundation.clock import time_said
-from lockprobe.foundation.formatting import count
+from lockprobe.foundation.formatting import count, time_said
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies import FORKS, RESULTS

@@ -1,9 +1,11 @@
-"""Formats numbers for readers: per cent, points, P values, intervals, minus signs, counts, lists and tables."""
+"""Formats for readers: per cent, points, P values, intervals, minus signs, counts, lists, and the time of day."""
 
 from __future__ import annotations
 
 import math
+import os
 import re
+import time
 from collections.abc import Iterable, Sequence
 
 NONE = "\N{EN DASH}"
@@ -11,6 +13,9 @@ NONE = "\N{EN DASH}"
 
 MOST_NAMED = 3
 """Agents whose numbers stand in a sentence; of more it has the range over all of them."""
+
+epoch_held = ""
+"""SOURCE_DATE_EPOCH, where a command took it out of the environment: scipy and PDF files would read it, too."""
 
 _LEVEL = 0.05
 """Below it a difference is detected."""
@@ -140,3 +145,10 @@ def listed(names: Sequence[str], last: str = "and", named: int | None = None) ->
 def capital(said: str) -> str:
     """The text at the beginning of a sentence."""
     return f"{said[:1].upper()}{said[1:]}"
+
+
+def time_said() -> str:
+    """The time now, ``14:02 on 29 November 2026``; or SOURCE_DATE_EPOCH, by which equal records give equal files."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", epoch_held)
+    at = time.gmtime(int(epoch)) if epoch.isdecimal() and len(epoch) < 12 else time.localtime()
+    return f"{time.strftime('%H:%M on', at)} {at.tm_mday} {time.strftime('%B %Y', at)}"

@@ -25,11 +25,11 @@ from urllib.parse import quote
 from markupsafe import Markup
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation.clock import time_said
-from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
+from lockprobe.foundation.formatting import time_said
 from lockprobe.foundation.storage.atomic_file import make_directory, refuse_links, write_file
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import Entry, as_csv
+from lockprobe.report.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.trials import embedded

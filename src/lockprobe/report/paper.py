@@ -15,10 +15,10 @@ from pathlib import Path
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import count, listed, p_cell
-from lockprobe.foundation.left_out import section
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.report.format import beside, entry_text, tex_text, texts
+from lockprobe.report.left_out import section
 from lockprobe.report.page import cells_of, figures_of, parts_of
 from lockprobe.report.prose import false_reports, interval_kind
 from lockprobe.report.questions.decisions import TABLE1

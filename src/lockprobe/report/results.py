@@ -9,7 +9,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation.left_out import leaving_out, section
+from lockprobe.report.left_out import leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study, players_of
 from lockprobe.report.questions import all_sections
 from lockprobe.report.questions.first_screen import answer_of

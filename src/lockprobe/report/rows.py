@@ -18,8 +18,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.foundation.grouping import grouped
-from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.left_out import LeftOutSection
 from lockprobe.statistics.design import FLIPS, Axis
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.condition import Contrast

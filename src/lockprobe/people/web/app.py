@@ -3,22 +3,30 @@
 ``GET /`` is the page. ``POST /api/open`` and ``/api/act`` take a JSON object, ``/api/withdraw`` takes nothing; all
 answer with the scene to show. A refused request is answered with a status, a code and a message, is logged, and changes
 nothing. A cookie that scripts cannot read holds the token that identifies a participant.
+
+The server is uvicorn, with its own limits. A proxy in front adds what a server in the open needs: TLS, and time limits
+for whoever says nothing.
 """
 
 from __future__ import annotations
 
 import asyncio
+import errno
 import json
 import logging
 import mimetypes
+import os
+import signal
+import socket
 import time
 import traceback
-from collections.abc import AsyncIterator, Mapping
-from contextlib import asynccontextmanager, closing
+from collections.abc import AsyncIterator, Iterator, Mapping
+from contextlib import asynccontextmanager, closing, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
+import uvicorn
 from pydantic import Field, ValidationError
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
@@ -30,7 +38,7 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from lockprobe.foundation.http_server import listen, running
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.people.diary import Act, StrictModel
 from lockprobe.people.experiment import Experiment, Words
@@ -57,8 +65,11 @@ COOKIE, SECONDS_REMEMBERED = "lockprobe", 60 * 24 * 3600
 LARGEST_BODY, SECONDS_FOR_A_BODY = 16 * 1024, 20.0
 """Bytes of the largest body that is read, and the time for one to arrive."""
 
-SECONDS_TO_FINISH = 10
-"""Time for requests that are under way when the server stops."""
+SECONDS_TO_FINISH, _SECONDS_IDLE = 10, 30
+"""Time for requests that are under way when the server stops, and how long a connection stays open after an answer."""
+
+_QUEUE = 2048
+"""Connections that wait to be accepted; the operating system may allow fewer."""
 
 SECURITY_HEADERS: Mapping[str, str] = {
     "content-security-policy": (
@@ -212,6 +223,62 @@ def application(state: ServerState, words: Words, address: Address) -> ASGIApp:
         exception_handlers=dict.fromkeys((ActRefused, HTTPException, Exception), refused),
     )
     return _guarded(GZipMiddleware(inner, minimum_size=1000), address, texts)
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening socket; port 0 takes any free port."""
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        found = socket.create_server(address, family=family, backlog=_QUEUE)
+    except (OSError, UnicodeError) as error:
+        if isinstance(error, socket.gaierror | UnicodeError) or error.errno == errno.EADDRNOTAVAIL:
+            raise BadValue("host", host, "a name or IP address of this machine") from None
+        raise BadValue("port", port, f"a free port of {host} ({os.strerror(error.errno or 0)})") from None
+    found.setblocking(False)
+    return found
+
+
+@asynccontextmanager
+async def running(app: ASGIApp, listening: socket.socket, *, seconds_to_finish: int) -> AsyncIterator[None]:
+    """An application that answers requests on a socket; those under way at the end have ``seconds_to_finish``."""
+    server = uvicorn.Server(
+        uvicorn.Config(
+            app,
+            http="h11",
+            ws="none",
+            lifespan="off",
+            log_config=None,
+            log_level="critical",  # what it says of an error could repeat what was sent
+            access_log=False,
+            proxy_headers=False,
+            server_header=False,
+            date_header=False,
+            timeout_keep_alive=_SECONDS_IDLE,
+            backlog=_QUEUE,
+            timeout_graceful_shutdown=seconds_to_finish,
+        )
+    )
+    server.capture_signals = nullcontext  # type: ignore[method-assign,assignment] # its caller handles them
+    task = asyncio.create_task(server.serve(sockets=[listening]))
+    try:
+        yield
+    finally:
+        server.should_exit = True
+        await task
+
+
+@contextmanager
+def stop_signals() -> Iterator[asyncio.Event]:
+    """An event that Ctrl-C and SIGTERM set."""
+    stopped = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for name in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(name, stopped.set)
+    try:
+        yield stopped
+    finally:
+        for name in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(name)
 
 
 @asynccontextmanager

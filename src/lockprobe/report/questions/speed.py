@@ -9,8 +9,8 @@ import numpy as np
 
 from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.formatting import p_cell, p_value
-from lockprobe.foundation.left_out import section
 from lockprobe.report.format import beside, each_or_span, entry_text
+from lockprobe.report.left_out import section
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose import at_lowest, played_subjects
 from lockprobe.report.rows import Course, Curve, Estimate, Results, Row, measured_row, who

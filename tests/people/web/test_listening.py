@@ -8,7 +8,7 @@ import httpx2 as httpx
 import pytest
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.http_server import listen, running, stop_signals
+from lockprobe.people.web.app import listen, running, stop_signals
 
 
 def test_what_is_under_way_at_the_end_is_answered_and_those_that_wait_are_not_waited_for():
