@@ -84,8 +84,8 @@ list measures nowhere | nowhere: no study.json here
 import @/S nowhere | nowhere: no study.db here
 import @/S @/S | a directory other than DIR
 import @/S @/empty | empty: no study.db here; is it the directory of a study?
-export @/S --out '' | .: not a regular file: choose another name
-export @/S --out .. | ..: not a regular file: choose another name
+export @/S --out '' | .: not a regular file
+export @/S --out .. | ..: not a regular file
 export @/S --table records | --format: got 'csv', expected jsonl, because a record is a JSON object
 export @/S --format frames | --out: got None, expected a directory for the pictures
 export @/S --trial x | --trial: got 'x', expected --format frames with it

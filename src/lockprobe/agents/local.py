@@ -24,7 +24,7 @@ from lockprobe.agents.policy import draw, refuse_pictures
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.reply import CLAIMS
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing, ModelFault
-from lockprobe.foundation.inputs import check_regular
+from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import spec_name
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.trial.record import Decision, Fact, Situation
@@ -88,7 +88,7 @@ def locate(spec: str) -> Path:
             remedy = "name its file once: --agent llm:gguf:PATH"
             raise Missing(f"{spec} is not known on this machine", remedy)
         path, expected = Path(note.read_text()), named["sha256"]
-    check_regular(path)
+    is_there(path)  # what is no file is refused
     try:
         with path.open("rb") as file:
             if file.read(4) != b"GGUF":

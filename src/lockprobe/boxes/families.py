@@ -16,9 +16,8 @@ right revolute, which is free. The human-inspired strategy meets the two points 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import count, islice, pairwise
 from pathlib import Path
 from typing import get_args
@@ -66,21 +65,17 @@ def _assemble(name: str, joints: Sequence[str], interlock: Mapping[str, Sequence
     )
 
 
-_Rule = Callable[[list[str], list[str]], Clause]
-"""From the joints to the left and to the right of a joint, nearest last and nearest first, to what it needs."""
-
-
-def _line(name: str, size: int, rule: _Rule) -> Lockbox:
-    joints = _in_a_row(size)
-    needs = {joint: rule(joints[:i], joints[i + 1 :]) for i, joint in enumerate(joints)}
-    return _assemble(name, joints, {joint: [clause] for joint, clause in needs.items() if clause})
-
-
-_LINES: Mapping[str, _Rule] = {
-    "chain": lambda left, right: dict.fromkeys(right[:1], True),
-    "bichain": lambda left, right: {**dict.fromkeys(right[:1], True), **dict.fromkeys(left[-1:], False)},
-    "gray-code": lambda left, right: {joint: joint == right[0] for joint in right},
-}
+def _line(name: str, size: int) -> Lockbox:
+    """A row of joints, each of which needs its right neighbour open, and by the name of the box more."""
+    joints, interlock = _in_a_row(size), dict[str, Sequence[Clause]]()
+    for i, joint in enumerate(joints):
+        needs = dict.fromkeys(joints[i + 1 : i + 2], True)
+        if name == "bichain":
+            needs |= dict.fromkeys(joints[max(i - 1, 0) : i], False)
+        elif name == "gray-code":
+            needs |= dict.fromkeys(joints[i + 2 :], False)
+        interlock[joint] = [needs] if needs else []
+    return _assemble(f"{name}-{size}", joints, interlock)
 
 
 def _room(name: str, levers: int) -> Lockbox:
@@ -116,14 +111,14 @@ _OTHERS: Mapping[str, tuple[Sequence[str], Mapping[str, Clause]]] = {
 }
 """Boxes each of whose joints is free or has one clause."""
 
-STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
-    **{f"{name}-{n}": partial(_line, f"{name}-{n}", n, rule) for name, rule in _LINES.items() for n in _SIZES},
-    "gray-code": partial(_line, "gray-code", 4, _LINES["gray-code"]),
+STRUCTURES: Mapping[str, Lockbox] = {
+    **{f"{name}-{n}": _line(name, n) for name in ("chain", "bichain", "gray-code") for n in _SIZES},
+    "gray-code": replace(_line("gray-code", 4), name="gray-code"),
     **{
-        name: partial(_assemble, name, joints, {joint: [clause] for joint, clause in needs.items()})
+        name: _assemble(name, joints, {joint: [clause] for joint, clause in needs.items()})
         for name, (joints, needs) in _OTHERS.items()
     },
-    **{f"{name}-{n}": partial(_room, name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},
+    **{f"{name}-{n}": _room(name, n) for name in ("common-cause", "common-effect") for n in (3, 4)},
 }
 """Box by name."""
 
@@ -150,7 +145,7 @@ def generate(
     check_whole("shortest", shortest, 1, 2**MAX_JOINTS)
     check_whole("seed", seed, 0, _SEEDS - 1)
     name = f"{family}-{layout}-{seed}"
-    box = _random_interlock(int(drawn[1]), name, generator(seed, "box", "interlock")) if drawn else STRUCTURES[family]()
+    box = _random_interlock(int(drawn[1]), name, generator(seed, "box", "interlock")) if drawn else STRUCTURES[family]
     box = laid_out(box, layout, generator(seed, "box", "layout"), dealt=dealt)
     return fault_of(box, shortest) or replace(box, name=name)
 
@@ -206,7 +201,7 @@ def _random_interlock(size: int, name: str, rng: np.random.Generator) -> Lockbox
 def box(name: str = DEFAULT_BOX) -> Lockbox:
     """One of Lockprobe's own boxes; ``random-N-SEED``, as ``random-5-17``, has N joints and a drawn interlock."""
     if name in STRUCTURES:
-        return STRUCTURES[name]()
+        return STRUCTURES[name]
     if (drawn := _DRAWN.fullmatch(name)) is None:
         drawn_too = f"random-N-SEED with N from 2 to {MAX_JOINTS} and at most nine digits of SEED"
         raise UnknownName("box", name, [*STRUCTURES, drawn_too, *plugin_names("box")])

@@ -27,30 +27,20 @@ _BUFFER = 1 << 18
 """Bytes that are read at once."""
 
 
-def irregular(path: Path) -> bool:
-    """Whether something is there that is no regular file: a directory, a pipe, a device, a socket."""
-    try:
-        return not stat.S_ISREG(path.stat().st_mode)
-    except FileNotFoundError:
-        return False
+def is_there(path: Path) -> bool:
+    """Whether a regular file is there; links are followed.
 
-
-def check_regular(path: Path) -> None:
-    """Refuse pipes, devices, sockets and directories, because reading them may never end; a missing file passes.
-
-    Links are followed.
+    Pipes, devices, sockets and directories are refused, because reading them may never end.
     """
     try:
-        if irregular(path):
-            raise BadFile(path, "not a regular file")
+        regular = stat.S_ISREG(path.stat().st_mode)
+    except FileNotFoundError:
+        return False
     except (OSError, ValueError) as error:
         raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
-
-
-def is_there(path: Path) -> bool:
-    """Whether a regular file is there; what is there and is none is refused."""
-    check_regular(path)
-    return path.exists()
+    if not regular:
+        raise BadFile(path, "not a regular file")
+    return True
 
 
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:

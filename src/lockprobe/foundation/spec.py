@@ -192,8 +192,7 @@ def _annotations(make: Callable[..., object]) -> Mapping[str, Any]:
         return get_type_hints(getattr(make, "__init__") if plain else make)  # noqa: B009
     except (AttributeError, NameError, TypeError):  # they name imports for type checkers only
         written = {kind.__name__: kind for kind in (bool, int, float, str)}
-        annotated = {argument.name: written.get(argument.annotation) for argument in options_of(make).values()}
-        return {argument: kind for argument, kind in annotated.items() if kind is not None}
+        return {one.name: written[one.annotation] for one in options_of(make).values() if one.annotation in written}
 
 
 def _value(name: str, text: str, kind: Any) -> object:

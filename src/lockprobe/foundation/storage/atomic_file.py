@@ -23,7 +23,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.inputs import irregular
+from lockprobe.foundation.inputs import is_there
 
 _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
 
@@ -74,9 +74,7 @@ def writable(path: Path) -> Path:
     refuse_links(path)
     with writing(path, (OSError, ValueError)):
         target = Path(os.path.realpath(path))
-        if irregular(path):
-            raise BadFile(path, "not a regular file: choose another name")
-        if target.exists() and not os.access(target, os.W_OK):
+        if is_there(path) and not os.access(target, os.W_OK):
             raise BadFile(path, "cannot be written (Permission denied)")
     return target
 

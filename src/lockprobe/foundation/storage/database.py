@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular
+from lockprobe.foundation.inputs import LARGEST_INPUT, is_there
 from lockprobe.foundation.storage.atomic_file import refuse_links, write_file, writing
 
 _BESIDE = ("-wal", "-shm", "-journal")
@@ -66,9 +66,9 @@ class Database:
     def writing(cls, path: Path, schema: str) -> Iterator[Database]:
         """Open a file to write, which is made if it is missing. The caller keeps other writers away."""
         refuse_links(path)
-        check_regular(path)
+        there = is_there(path)
         _check_beside(path)
-        if not path.exists():
+        if not there:
             write_file(path, _new(schema).serialize())
         with writing(path):
             if path.stat().st_nlink > 1:
@@ -89,7 +89,7 @@ class Database:
     @contextmanager
     def reading(cls, path: Path, schema: str) -> Iterator[Database]:
         """Open a file to read, also while another process writes it."""
-        check_regular(path)
+        is_there(path)  # what is no file is refused
         last = () if _check_beside(path) else ("mode=ro&immutable=1",)
         undone = ("mode=rw",) if path.with_name(f"{path.name}-journal").exists() else ()
         ways = ("mode=ro", *undone, f"mode=ro{_WITHOUT_LOCKS}", *last)
@@ -176,20 +176,23 @@ def _check_beside(path: Path) -> bool:
     for one in (path.with_name(path.name + name) for name in _BESIDE):
         if one.is_symlink():
             raise BadFile(one, "is a link, which is not followed: remove it")
-        check_regular(one)
         with suppress(FileNotFoundError):  # it is gone when its writer ends
-            there |= one.stat().st_size > 0
+            if not (is_there(one) and one.stat().st_size):
+                continue
+            there = True
             if one.name.endswith("-journal") and one.read_bytes().endswith(_NAMES_ANOTHER):
                 raise BadFile(one, "names another file, as Lockprobe never writes it: remove it")
-    log, logged = path.with_name(f"{path.name}-wal"), b""
-    with suppress(FileNotFoundError):
-        if log.stat().st_size:
-            with suppress(FileNotFoundError), path.open("rb") as file:
-                logged = file.read(20)[18:]
-            if logged != b"\x02\x02":  # as a file says that is written to a log first, until its writer ends
+            if one.name.endswith("-wal") and not _is_logged(path):
                 why = f"is not the log of this {path.name}, which was put there later: move one of them away"
-                raise BadFile(log, why)
+                raise BadFile(one, why)
     return there
+
+
+def _is_logged(path: Path) -> bool:
+    """Whether a file says that it is written to a log first, as it does until its writer ends."""
+    with suppress(FileNotFoundError), path.open("rb") as file:
+        return file.read(20)[18:] == b"\x02\x02"
+    return False
 
 
 def _place(path: Path) -> tuple[int, int] | None:
@@ -253,14 +256,12 @@ def _said(path: Path) -> Iterator[None]:
     """Turn SQLite's errors into mistakes that name the file."""
     try:
         yield
-    except UnicodeDecodeError as error:  # of what SQLite would say of the damage
-        raise Damaged(path, "damaged (a text is not UTF-8)") from error
-    except sqlite3.Error as error:
+    except (UnicodeDecodeError, sqlite3.Error) as error:
         code = _code(error)
+        if isinstance(error, UnicodeDecodeError) or str(error).startswith("Could not decode"):  # and the whole text
+            raise Damaged(path, "damaged (a text is not UTF-8)") from None
         if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
             raise Damaged(path, f"damaged ({error})") from error
-        if str(error).startswith("Could not decode"):  # and then the whole text
-            raise Damaged(path, "damaged (a text is not UTF-8)") from None
         if code == sqlite3.SQLITE_BUSY:
             raise BadFile(path, f"another program holds it ({error})") from error
         done = "read" if code == sqlite3.SQLITE_CANTOPEN else "written"
@@ -268,6 +269,6 @@ def _said(path: Path) -> Iterator[None]:
         raise BadFile(path, f"cannot be {done} ({why})") from error
 
 
-def _code(error: sqlite3.Error) -> int:
+def _code(error: Exception) -> int:
     """What went wrong; SQLite adds details in higher bits."""
     return getattr(error, "sqlite_errorcode", 0) & 0xFF

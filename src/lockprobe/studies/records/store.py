@@ -15,7 +15,7 @@ from sqlite3 import Connection
 from typing import NamedTuple
 
 from lockprobe.foundation.errors import BadFile, BadValue
-from lockprobe.foundation.inputs import LARGEST_INPUT, check_regular, is_there
+from lockprobe.foundation.inputs import LARGEST_INPUT, is_there
 from lockprobe.foundation.storage.atomic_file import atomic_files, make_directory, writing
 from lockprobe.foundation.storage.database import Damaged, Database
 from lockprobe.studies.records.shorthand import kind_of, shorthand
@@ -123,8 +123,7 @@ class OnRecord(NamedTuple):
 def read(directory: Path | str) -> Iterator[Database]:
     """The store of a directory, to be read."""
     path = Path(directory) / STORE
-    check_regular(path)
-    if not path.is_file():
+    if not is_there(path):
         raise BadFile(directory, f"no {STORE} here; is it the directory of a study?")
     with Database.reading(path, SCHEMA) as store:
         yield store
