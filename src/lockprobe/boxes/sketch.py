@@ -12,13 +12,6 @@ _WIDE, _ROW = 60, 0.1
 _SYMBOLS = {"prismatic": ("[#-]", "[-#]", "[? ]"), "revolute": ("(|) ", "(-) ", "(?) ")}
 """Symbols of a closed joint, an open joint, and a joint whose position is not told."""
 
-_ASCII = str.maketrans("┌┐└┘─│", "++++-|")
-
-
-def ascii_only(text: str) -> str:
-    """The text with dashes and bars instead of box-drawing characters."""
-    return text.translate(_ASCII)
-
 
 def panel_lines(
     box: Lockbox, *, labels: Sequence[str] | None = None, positions: Sequence[bool | None] | None = None
@@ -38,10 +31,11 @@ def panel_lines(
             at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
             symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][2 if position is None else position]
             under = under.ljust(at) + f" {names[i]}" + ("*" if joint.name == box.target else "")
-        inside += [f"│{line:{_WIDE}}│" for line in (symbols, under)]
+        inside += [f"|{line:{_WIDE}}|" for line in (symbols, under)]
     unknown = ", not told [? ] (?)" if None in drawn else ""
     legend = f"closed [#-] (|), open [-#] (-){unknown}; * the target"
-    return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
+    edge = f"+{'-' * _WIDE}+"
+    return [edge, *inside, edge, legend]
 
 
 def reading_order(box: Lockbox) -> list[int]:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from itertools import zip_longest
 from textwrap import wrap
 
-from lockprobe.boxes.sketch import ascii_only
 from lockprobe.foundation.terminal_text import printable
 
 _GAP = 2
@@ -38,13 +37,8 @@ def print_rows(rows: Sequence[Sequence[str]]) -> None:
 
 
 def say(text: str = "", *, end: str = "\n") -> None:
-    """Print text in characters that the terminal can show, at once."""
-    text = "\n".join(map(printable, text.split("\n")))
-    try:
-        text.encode(sys.stdout.encoding or "ascii")
-    except UnicodeEncodeError:
-        text = ascii_only(text)
-    print(text, end=end, flush=True)
+    """Print text of several lines at once."""
+    print("\n".join(map(printable, text.split("\n"))), end=end, flush=True)
 
 
 def time_left(noun: str) -> Callable[[int, int], None]:

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.words import places_said, rows_of
 from lockprobe.trial.pictures.frame import degraded, to_millimetres, to_png, turbo
 from lockprobe.trial.pictures.picture import Picture
@@ -26,8 +25,8 @@ The window holds the tops of all handles and most of the board where a camera lo
 by which handles stand out are a third of it.
 """
 
-_STOPS = 20
-"""Most stops of exposure in either direction: more make every picture black, or white."""
+_LIMITS = {"blur": (0, 1000), "noise": (0, 1000), "occlude": (0, 1), "exposure": (-20, 20)}
+"""The least and the largest of each damage; more make every picture grey, noise, hidden, black or white."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,9 +42,9 @@ class CameraChannel:
 
     Attributes:
         depth: Whether a picture of depth follows that of colours.
-        blur: Standard deviation of a Gaussian blur of colours, pixels, from 0. Depth stays as it is.
-        noise: Standard deviation of noise in every pixel and colour, as a share of the brightest, from 0. Depth stays
-            as it is: its noise is a setting of the plant (``depth_noise``).
+        blur: Standard deviation of a Gaussian blur of colours, pixels, [0, 1000]. Depth stays as it is.
+        noise: Standard deviation of noise in every pixel and colour, as a share of the brightest, [0, 1000]. Depth
+            stays as it is: its noise is a setting of the plant (``depth_noise``).
         occlude: Share of the panel that an opaque patch hides, [0, 1], at a place drawn for every picture. What it
             hides has no depth.
         exposure: Stops of exposure of colours, from -20 to 20; negative is darker. Depth stays as it is.
@@ -59,12 +58,9 @@ class CameraChannel:
     exposure: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("blur", self.blur), ("noise", self.noise)):
-            if not 0 <= value < float("inf"):
-                raise BadValue(name, value, "a number from 0")
-        check_probability("occlude", self.occlude)
-        if not -_STOPS <= self.exposure <= _STOPS:
-            raise BadValue("exposure", self.exposure, f"a number from {-_STOPS} to {_STOPS}")
+        for name, (least, most) in _LIMITS.items():
+            if not least <= (value := getattr(self, name)) <= most:
+                raise BadValue(name, value, f"a number from {least} to {most}")
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as pictures."""
@@ -74,7 +70,7 @@ class CameraChannel:
             raise BadValue("modality", modality, "symbolic, or a plant with a camera: fast-twin or twin")
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
-        damage = {name: getattr(self, name) for name in ("blur", "noise", "occlude", "exposure")}
+        damage = {name: getattr(self, name) for name in _LIMITS}
         frame = degraded(percept.look(percept.positions), luck, **damage)
         pictures: tuple[Picture, ...] = (Picture(kind="rgb", png=to_png(frame.rgb)),)
         if self.depth:

@@ -7,8 +7,6 @@ An installed package adds to it by an entry point in the group ``lockprobe.inter
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 import re
 from collections.abc import Iterable
 from contextlib import nullcontext
@@ -41,11 +39,12 @@ def shipped() -> dict[str, type[Any]]:
 
     A variant, which an option chooses, has the option behind its name: ``flip?like``.
     """
-    package = __name__.rpartition(".")[0]
+    from lockprobe.interventions import asked_and_done, flip, told
+
     found: dict[str, type[Any]] = {}
-    for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
-        for kind in vars(importlib.import_module(module.name)).values():
-            own = isinstance(kind, type) and kind.__module__ == module.name
+    for module in (asked_and_done, flip, told):
+        for kind in vars(module).values():
+            own = isinstance(kind, type) and kind.__module__ == module.__name__
             if own and (traits := InterventionTraits.of(kind)).name:
                 found[traits.name + f"?{traits.variant}" * bool(traits.variant)] = kind
     return dict(sorted(found.items()))
