@@ -8,18 +8,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, GetPydanticSchema, PlainSerializer
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice
 
 Configuration = tuple[bool, ...]
 """One position per joint in panel order; False is closed."""
 
-Clause = Mapping[str, bool]
-"""Positions of other joints that must all hold."""
-
 MAX_JOINTS = 8
 """Largest number of joints, one for each label."""
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,39}$")]
+"""The name of a box or a joint, as a file can hold it."""
+
+_Bit = Annotated[Literal[0, 1], AfterValidator(bool), PlainSerializer(int)]
+
+Clause = Mapping[Name, Annotated[bool, GetPydanticSchema(lambda _, handler: handler(_Bit))]]
+"""Positions of other joints that must all hold; in a file 0 or 1."""
+
+_Unit = Annotated[float, Field(ge=0, le=1), PlainSerializer(float)]
+
+_NO_OTHER_KEYS = ConfigDict(extra="forbid")
 
 JointKind = Literal["prismatic", "revolute"]
 
@@ -35,6 +47,12 @@ def bits(configuration: Configuration) -> str:
     return "".join(map("01".__getitem__, configuration))
 
 
+def _from_bits(said: object) -> Configuration:
+    if isinstance(said, str) and {*said} <= {"0", "1"}:
+        return tuple(map("1".__eq__, said))
+    raise ValueError("expected a 0 or 1 for each joint, in quotes")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
     """One moving part on the panel, which slides or turns. The agent never sees its name.
@@ -43,9 +61,11 @@ class Joint:
     are laid in a row by their box.
     """
 
-    name: str
+    __pydantic_config__ = _NO_OTHER_KEYS
+
+    name: Name
     kind: JointKind
-    place: tuple[float, float] = (0.5, 0.5)
+    place: tuple[_Unit, _Unit] = (0.5, 0.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,19 +77,22 @@ class Lockbox:
             clause holds *entirely*. A joint that is always free has one empty clause and may be left out.
     """
 
-    name: str
-    joints: tuple[Joint, ...]
-    interlock: Mapping[str, tuple[Clause, ...]]
-    initial: Configuration
-    target: str
-    _rules: tuple[tuple[tuple[tuple[int, bool], ...], ...], ...] = field(init=False, repr=False, compare=False)
+    __pydantic_config__ = _NO_OTHER_KEYS
+
+    name: Name
+    joints: Annotated[tuple[Joint, ...], Field(min_length=2)]
+    interlock: Annotated[
+        Mapping[Name, Annotated[tuple[Clause, ...], Field(min_length=1, max_length=32)]], Field(default_factory=dict)
+    ]
+    initial: Annotated[Configuration, BeforeValidator(_from_bits), PlainSerializer(bits)]
+    target: Name
+    _rules: Annotated[Any, Field(exclude=True)] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         names = self.names
         if len(set(names)) != len(names):
             raise BadValue("joints", list(names), "every name once")
-        if self.target not in names:
-            raise BadValue("target", self.target, f"one of {', '.join(names)}")
+        check_choice("target", self.target, names)
         if len(names) > MAX_JOINTS:
             raise BadValue("joints", len(names), f"at most {MAX_JOINTS}")
         if not all(position in (True, False) for position in self.initial):
@@ -89,10 +112,9 @@ class Lockbox:
 
     def _check_interlock(self, names: Sequence[str]) -> None:
         for joint, clauses in self.interlock.items():
-            if isinstance(clauses, Mapping) or not all(isinstance(clause, Mapping) for clause in clauses):
+            if not isinstance(clauses, tuple) or not all(isinstance(clause, Mapping) for clause in clauses):
                 raise BadValue(f"interlock of {joint}", clauses, "a tuple of clauses, each joint -> position")
-            if joint not in names:
-                raise BadValue("interlock", joint, f"one of {', '.join(names)}")
+            check_choice("interlock", joint, names)
             if not clauses:
                 raise BadValue(f"interlock of {joint}", clauses, "a clause at least, without which it never moves")
             for other in (name for clause in clauses for name in clause):
@@ -104,19 +126,6 @@ class Lockbox:
     def names(self) -> tuple[str, ...]:
         """Joint names in panel order."""
         return tuple([joint.name for joint in self.joints])
-
-    def as_data(self) -> dict[str, object]:
-        """The box as JSON data; positions are 0 and 1."""
-        return {
-            "name": self.name,
-            "joints": [{"name": j.name, "kind": j.kind, "place": [float(one) for one in j.place]} for j in self.joints],
-            "interlock": {
-                joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
-                for joint, clauses in self.interlock.items()
-            },
-            "initial": bits(self.initial),
-            "target": self.target,
-        }
 
     @property
     def target_index(self) -> int:

@@ -27,10 +27,11 @@ Every key is described in docs/boxes.md.
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.boxes.box import Joint, Lockbox, bits
 from lockprobe.boxes.solve import fault_of
@@ -38,30 +39,7 @@ from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.foundation.validation import plain
 
-_NAME, _BITS = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$", r"^[01]{2,8}$"
-_PATTERNS = {
-    _NAME: "expected a name: a letter, then at most 39 letters, digits, - and _",
-    _BITS: "expected a 0 or 1 for each of 2 to 8 joints, in quotes",
-}
-
-Name = Annotated[str, Field(pattern=_NAME)]
-Unit = Annotated[float, Field(ge=0, le=1)]
-
-
-class _JointTable(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    name: Name
-    kind: Literal["prismatic", "revolute"]
-    place: tuple[Unit, Unit] | None = None
-
-
-class _BoxTable(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    name: Name
-    target: Name
-    initial: Annotated[str, Field(pattern=_BITS)]
-    joints: Annotated[list[_JointTable], Field(min_length=2, max_length=8)]
-    interlock: dict[Name, Annotated[list[dict[Name, Literal[0, 1]]], Field(min_length=1, max_length=32)]] = {}
+_BOX = TypeAdapter(Lockbox)
 
 
 def read_box(path: Path) -> Lockbox:
@@ -77,7 +55,7 @@ def read_box(path: Path) -> Lockbox:
 
 def toml_of(box: Lockbox) -> str:
     """The text of a TOML file from which :func:`read_box` reads the same box."""
-    box_from_data(box.as_data())  # whose names a file can hold
+    box_from_data(data_of(box))  # whose names a file can hold
     joints = (
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
         for joint in box.joints
@@ -90,30 +68,29 @@ def toml_of(box: Lockbox) -> str:
     return "\n".join([head, *joints, "\n".join(interlock)]) + "\n"
 
 
-def box_from_data(data: object) -> Lockbox:
-    """Build a box from parsed tables of the form above; the inverse of ``Lockbox.as_data``."""
+def data_of(box: Lockbox) -> dict[str, Any]:
+    """The box as JSON data of the form above; positions are 0 and 1."""
+    found: dict[str, Any] = _BOX.dump_python(box, mode="json")
+    return found
+
+
+def box_from_data(data: Any) -> Lockbox:
+    """Build a box from parsed tables of the form above; the inverse of :func:`data_of`."""
     try:
-        table = _BoxTable.model_validate(data)
-        without = [joint.name for joint in table.joints if joint.place is None]
-        if 0 < len(without) < len(table.joints):
-            raise UserMistake(f"place: got none for {', '.join(without)}, expected one for every joint or for none")
-        return Lockbox(
-            name=table.name,
-            joints=tuple(Joint(name=j.name, kind=j.kind, place=j.place or (0.5, 0.5)) for j in table.joints),
-            interlock={
-                joint: tuple({other: bool(position) for other, position in clause.items()} for clause in clauses)
-                for joint, clauses in table.interlock.items()
-            },
-            initial=tuple(bit == "1" for bit in table.initial),
-            target=table.target,
-        )
+        box = _BOX.validate_python(data)
     except ValidationError as error:
         first = error.errors()[0]
-        said, loc = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), plain(first["msg"])), first["loc"]
-        joint = data["joints"][loc[1]] if isinstance(data, dict) and loc[0] == "joints" and len(loc) > 1 else None
-        if first["type"] == "extra_forbidden":
-            said += f"; keys are {', '.join((_BoxTable if joint is None else _JointTable).model_fields)}"
+        named, loc = "expected a name: a letter, then at most 39 letters, digits, - and _", first["loc"]
+        said = named if first["type"] == "string_pattern_mismatch" else plain(first["msg"])
+        joint = data["joints"][loc[1]] if loc[0] == "joints" and len(loc) > 1 else None
+        if first["type"] == "unexpected_keyword_argument":
+            keys = (one.name for one in fields(Lockbox if joint is None else Joint) if one.init)
+            said += f"; keys are {', '.join(keys)}"
         elif isinstance(got := first["input"], str | int | float):
             said = f"got {got!r}, {said}"
         where = f" ({joint['name']})" if isinstance(joint, dict) and "name" in joint else ""
         raise UserMistake(f"{'.'.join(map(str, loc))}{where}: {said}") from None
+    without = [joint["name"] for joint in data["joints"] if "place" not in joint]
+    if 0 < len(without) < len(box.joints):
+        raise UserMistake(f"place: got none for {', '.join(without)}, expected one for every joint or for none")
+    return box

@@ -223,7 +223,7 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
         plant = f"--plant 'twin?model={asked}' plays it, and lockprobe box check FILE.toml {asked} compares the two"
         raise BadValue("box", str(asked), f"a name or FILE.toml with its rules; a MuJoCo model is a plant: {plant}")
     if isinstance(asked, Path) or (spec_kind(asked) != "python" and (asked.endswith(".toml") or "/" in asked)):
-        from lockprobe.boxes.boxfile import read_box  # pydantic: not for a box by name
+        from lockprobe.boxes.boxfile import read_box  # whose schema a box by name does not need
 
         return read_box(Path(asked))
     allow(asked)  # who asks names it: the box of a study on disk is data

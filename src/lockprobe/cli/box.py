@@ -171,4 +171,6 @@ def _in_words(box: Lockbox) -> Iterator[str]:
 
 def _facts(box: Lockbox) -> dict[str, Any]:
     """The facts of a box for JSON."""
-    return {**box.as_data(), **asdict(difficulty(box, _PLANS))}
+    from lockprobe.boxes.boxfile import data_of
+
+    return {**data_of(box), **asdict(difficulty(box, _PLANS))}

@@ -14,12 +14,11 @@ from functools import cached_property, partial
 from itertools import product
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, PlainSerializer, PlainValidator, TypeAdapter
+from pydantic import BeforeValidator, Field, PlainSerializer, TypeAdapter
 from pydantic.dataclasses import dataclass as model
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.layouts import redealt
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.grouping import grouped
@@ -132,11 +131,6 @@ class Shard:
 _json_sorted = partial(json.dumps, sort_keys=True)
 """A value as JSON, the same for equal values."""
 
-_Box = Annotated[
-    Lockbox,
-    PlainValidator(lambda said: said if isinstance(said, Lockbox) else box_from_data(said)),
-    PlainSerializer(Lockbox.as_data),
-]
 _Shard = Annotated[Shard, BeforeValidator(lambda said: Shard.parse(said) if isinstance(said, str) else said)]
 
 
@@ -185,7 +179,7 @@ class Study:
     strategy_trials: Trials | None = None
     until: Until | None = None
     strategy_conditions: tuple[Text, ...] = ()
-    boxes: tuple[_Box, ...]
+    boxes: tuple[Lockbox, ...]
     max_steps: Steps = 20
     seed: Seed = 1
     shuffle: Shuffle = "trial"

@@ -17,7 +17,7 @@ import numpy as np
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.boxfile import box_from_data, toml_of
+from lockprobe.boxes.boxfile import box_from_data, data_of, toml_of
 from lockprobe.boxes.families import find_box
 from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import UserMistake
@@ -140,7 +140,7 @@ def check_box(box: Box | Callable[[], Lockbox]) -> None:
     fault = fault_of(found)
     assert fault is None, f"{found.name} is {fault}"
     try:
-        read = box_from_data(json.loads(json.dumps(found.as_data())))
+        read = box_from_data(json.loads(json.dumps(data_of(found))))
         toml_of(found)
     except UserMistake as mistake:
         raise AssertionError(f"{found.name} cannot be written down: {mistake}") from mistake

@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.boxes.boxfile import box_from_data
+from lockprobe.boxes.boxfile import box_from_data, data_of
 from lockprobe.boxes.families import ALIKE, DEFAULT_BOX, alike_boxes, find_box
 from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMistake
@@ -112,7 +112,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
             refuse_blind(planned.agents[0], one.modality, "words")
     for box in planned.boxes:
         try:
-            fault = fault_of(box_from_data(box.as_data()))
+            fault = fault_of(box_from_data(data_of(box)))
         except UserMistake as error:
             fault = str(error)
         if fault:
