@@ -42,7 +42,7 @@ MISTAKES = [
     (lambda: lockprobe.study(Path("none.toml")), "none.toml: cannot be read"),
     (lambda: lockprobe.run_study("flips", "d"), "study: got 'flips', expected a study, as lockprobe.study makes"),
     (lambda: lockprobe.tidy(None), "trials: got None, expected a trial or several"),
-    (lambda: lockprobe.propagate(p="0.4"), "flip rate p: got '0.4', expected a number"),
+    (lambda: lockprobe.propagate(p="0.4"), "p: got '0.4', expected a number"),
     (lambda: lockprobe.propagate(modality=5), "modality: got 5, expected a text"),
     (lambda: lockprobe.propagate(max_steps="20"), "max_steps: got '20', expected a whole number from 1 to 10000"),
     (lambda: lockprobe.population(trials=1.5), "trials: got 1.5, expected a whole number from 1"),

@@ -51,7 +51,7 @@ run flips --condition x=nudge --condition y=nudge --agent random | another condi
 run flips --p 0,0.4 --condition 'x=flip?p=0.4' --agent random | expected another condition than flip?p=0.4, which is the same
 serve --port 0 | study: got None
 serve '' --port 0 | study: got ''
-serve flips --p 2 --port 0 | flip rate p: got 2.0
+serve flips --p 2 --port 0 | p: got 2.0
 serve flips --texts xx --port 0 | no language is called 'xx'
 serve flips --texts none.toml --port 0 | cannot be read
 serve flips --people none.toml --port 0 | cannot be read
@@ -72,7 +72,7 @@ mcp flips --plant manual | a plant that asks nothing at the terminal
 mcp flips --condition history | a client keeps its conversation itself
 mcp flips --agent random | No such option: --agent
 play --box nothing | no box is called 'nothing'
-play --p 2 | flip rate p: got 2.0, expected a number from 0 to 1
+play --p 2 | p: got 2.0, expected a number from 0 to 1
 play --p 0,0.4 | expected one for one trial
 box show chan-4 | no box is called 'chan-4' (did you mean 'chain-4'
 box show random-9-1 | random-N-SEED with N from 2 to 8

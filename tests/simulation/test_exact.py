@@ -127,7 +127,7 @@ class OneWithoutMemory:
     [
         ({"agent": "cognitive:loop-breaker"}, "states of LoopBreaker on chain-4: got 'more than 50'"),
         ({"max_steps": 0}, "max_steps: got 0, expected a whole number from 1 to 10000"),
-        ({"p": 2}, "flip rate p: got 2"),
+        ({"p": 2}, "p: got 2"),
         ({"agent": OneWithoutMemory()}, "agent: got <"),
         ({"flip": OutcomeFlip(while_="looping")}, "flip: got 'while=looping', expected none with while"),
         ({"modality": "rgb"}, "modality: got 'rgb'"),

@@ -56,7 +56,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"shuffle": "x"}, "shuffle: got 'x', expected 'trial', 'study' or 'never'"),
         ("flips", {"p": [0.2, 0.2]}, "p: got [0.2, 0.2], expected at least one, and every one once"),
         ("flips", {"p": "all"}, "p: got 'all', expected a number"),
-        ("flips", {"p": 1.5}, "flip rate p: got 1.5, expected a number from 0 to 1"),
+        ("flips", {"p": 1.5}, "p: got 1.5, expected a number from 0 to 1"),
         ("flips", {"plant": "twn"}, "no plant is called 'twn'"),
         ("flips", {"plant": "x" * 2000}, "plant: got 'xxxx"),
         ("flips", {"box": "chain-4,chain-44"}, "no box is called 'chain-44'"),

@@ -6,28 +6,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from lockprobe.foundation.errors import BadValue
-
-_RANGES: dict[str, tuple[float, float]] = {
-    "width": (64, 4096),
-    "height": (64, 4096),
-    "depth_noise": (0, 0.1),
-    "view_jitter": (0, 50),
-    "tilt": (0, 80),
-    "friction": (0, 10),
-    "clutter": (0, 20),
-    "pose_error": (0, 0.05),
-    "force_noise": (0, 10),
-    "force": (0.01, 1e4),
-    "torque": (1e-3, 1e3),
-}
-"""Setting -> its least and its greatest value."""
+from lockprobe.foundation.validation import Checked, Within
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CameraSettings:
+class CameraSettings(Checked):
     """The settings that all simulated plants share, because all have a camera.
 
     Attributes:
@@ -42,16 +27,11 @@ class CameraSettings:
         BadValue: If a setting is out of range.
     """
 
-    width: int = 640
-    height: int = 480
-    depth_noise: float = 0.0
+    width: Annotated[int, Within(64, 4096)] = 640
+    height: Annotated[int, Within(64, 4096)] = 480
+    depth_noise: Annotated[float, Within(0, 0.1)] = 0.0
     labels: bool = True
-    view_jitter: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, (least, most) in _RANGES.items():
-            if not least <= (value := getattr(self, name, least)) <= most:
-                raise BadValue(name, value, f"a number from {least} to {most}")
+    view_jitter: Annotated[float, Within(0, 50)] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,16 +51,16 @@ class SceneSettings(CameraSettings):
         clutter: Number of small objects on the board, at places drawn in each trial.
     """
 
-    tilt: float = 20.0
+    tilt: Annotated[float, Within(0, 80)] = 20.0
     looks: Literal["plain", "varied"] = "plain"
-    friction: float = 1.0
+    friction: Annotated[float, Within(0, 10)] = 1.0
     discs: bool = True
     board: Literal["painted", "bare"] = "painted"
     handle_colours: Literal["coloured", "plain"] = "coloured"
     light: Literal["plain", "side", "dim"] = "plain"
     colours: Literal["plain", "second", "drawn"] = "plain"
     viewpoint: Literal["plain", "oblique"] = "plain"
-    clutter: int = 0
+    clutter: Annotated[int, Within(0, 20)] = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,8 +75,8 @@ class TwinSettings(SceneSettings):
         hand_digest: Digest of that file and all that it refers to, 16 hexadecimal digits; others are refused.
     """
 
-    pose_error: float = 0.0
-    force_noise: float = 0.0
+    pose_error: Annotated[float, Within(0, 0.05)] = 0.0
+    force_noise: Annotated[float, Within(0, 10)] = 0.0
     hand: str = ""
     hand_digest: str = ""
 
@@ -115,5 +95,5 @@ class UserModelSettings(CameraSettings):
 
     model: str
     digest: str = ""
-    force: float = 30.0
-    torque: float = 1.8
+    force: Annotated[float, Within(0.01, 1e4)] = 30.0
+    torque: Annotated[float, Within(1e-3, 1e3)] = 1.8

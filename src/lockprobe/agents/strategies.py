@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_probability
+from lockprobe.foundation.validation import check_number
 from lockprobe.trial.record import Fact
 
 
@@ -113,7 +113,7 @@ class HumanInspired(Policy[Tried]):
     lapse: float = 0.0
 
     def __post_init__(self) -> None:
-        check_probability("lapse", self.lapse)
+        check_number("lapse", self.lapse)
 
     @property
     def heeds_panel(self) -> bool:  # type: ignore[override]  # a flag of each one, not of the class
@@ -193,8 +193,8 @@ class SoftmaxMemory(Policy[Traces]):
         for name, value in asdict(self).items():
             if not math.isfinite(value):
                 raise BadValue(name, value, "a finite number")
-        check_probability("decay", self.decay)
-        check_probability("reset", self.reset)
+        check_number("decay", self.decay)
+        check_number("reset", self.reset)
 
     def begin(self, view: View) -> Traces:
         """No failures."""

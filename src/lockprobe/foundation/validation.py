@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, partial
+from math import inf
 from numbers import Integral, Real
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 from pydantic import ConfigDict, Field
 
@@ -52,28 +54,58 @@ def plain(message: str) -> str:
     return message
 
 
-def check_probability(what: str, value: float) -> None:
-    """Refuse a value that is not a probability."""
-    if not (isinstance(value, Real) and 0.0 <= value <= 1.0):
-        raise BadValue(what, value, "a number from 0 to 1")
+class Within(NamedTuple):
+    """In the annotation of a field its least and its largest value: ``Annotated[int, Within(1)]``."""
+
+    least: float
+    most: float = inf
 
 
-def check_whole(what: str, value: object, least: int, most: int | None = None) -> None:
-    """Refuse a value that is not a whole number in a range; ``most`` is None where there is no largest one."""
-    if not (isinstance(value, Integral) and least <= int(value) and (most is None or int(value) <= most)):
-        to = "" if most is None else f" to {most}"
-        raise BadValue(what, value, f"a whole number from {least}{to}")
+Share = Annotated[float, Within(0, 1)]
+"""A share, or a probability."""
+
+Step = Annotated[int, Within(1)]
+"""The number of a step."""
 
 
-def check_choices(made: Any) -> None:
-    """Refuse a field of a dataclass with another value than those that its annotation lists."""
-    for name, known in _listed(made.__class__).items():
-        check_choice(name.rstrip("_"), getattr(made, name), known)
+class Checked:
+    """A dataclass that refuses a field with another value than its annotation lists, or beyond its bounds."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        for name, hint in _hints(self.__class__).items():
+            _check(name.rstrip("_"), getattr(self, name), hint)
 
 
-@cache
-def _listed(kind: Any) -> dict[str, tuple[str, ...]]:
-    return {name: get_args(hint) for name, hint in get_type_hints(kind).items() if get_origin(hint) is Literal}
+_hints: Callable[[Any], dict[str, Any]] = cache(partial(get_type_hints, include_extras=True))
+
+
+def _check(what: str, value: Any, hint: Any) -> None:
+    kind, *parts = get_origin(hint), *get_args(hint)
+    if kind is Literal:
+        check_choice(what, value, parts)
+    elif kind is tuple:  # of any length, all of one kind
+        for one in value:
+            _check(what, one, parts[0])
+    elif kind in (Union, UnionType) and value is not None:
+        _check(what, value, parts[0])
+    elif kind is Annotated and parts[0] is int:
+        check_whole(what, value, *parts[1])
+    elif kind is Annotated:
+        check_number(what, value, *parts[1])
+
+
+def check_number(what: str, value: float, least: float = 0, most: float = 1) -> None:
+    """Refuse a value that is not a number in a range; if none is given, not a probability."""
+    if not (isinstance(value, Real) and least <= value <= most):
+        raise BadValue(what, value, f"a number from {least} to {most}")
+
+
+def check_whole(what: str, value: object, least: float, most: float = inf) -> None:
+    """Refuse a value that is not a whole number in a range."""
+    if not (isinstance(value, Integral) and least <= int(value) <= most):
+        raise BadValue(what, value, f"a whole number from {least}" + f" to {most}" * (most < inf))
 
 
 def check_choice(what: str, value: str, known: Iterable[str]) -> None:

@@ -8,12 +8,12 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from lockprobe.agents.prompt import check_template
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.validation import check_choices, check_probability, check_whole
+from lockprobe.foundation.validation import Checked, Share, Within
 from lockprobe.interventions.told import AtRandomSteps
 from lockprobe.statistics.loops import onset
 from lockprobe.trial.record import Ask, Briefing, Moment, Task, Turn
@@ -36,18 +36,14 @@ LARGEST_TEMPLATE = 16 * 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Warn:
+class Warn(Checked):
     """The instruction warns that reports may be false, optionally with the rate; reports stay unchanged.
 
     Without a rate, [0, 1], it says "sometimes".
     """
 
     name: ClassVar[str] = "warn"
-    rate: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.rate is not None:
-            check_probability("rate", self.rate)
+    rate: Share | None = None
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the warning."""
@@ -57,7 +53,7 @@ class Warn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Nudge:
+class Nudge(Checked):
     """A sentence tells the agent that it repeats itself, when it has just completed a copy of an action loop.
 
     A loop is a run of three or more choices, as in the paper (Sec. 3.3). With ``after=2`` it is the first loop of a
@@ -67,10 +63,7 @@ class Nudge:
 
     name: ClassVar[str] = "nudge"
     says: ClassVar[str] = "Note: you are repeating the same series of actions; consider trying another one."
-    after: int = 2
-
-    def __post_init__(self) -> None:
-        check_whole("after", self.after, 2)
+    after: Annotated[int, Within(2)] = 2
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with the sentence, where it is due."""
@@ -109,7 +102,7 @@ class Distract(AtRandomSteps):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Hypothesis:
+class Hypothesis(Checked):
     """Asks a hosted model for one sentence on how the box works, before or after it names a joint, or never.
 
     ``before`` is the default for every hosted model: a short chain of thought; ``--hypothesis`` sets another one for a
@@ -118,9 +111,6 @@ class Hypothesis:
 
     name: ClassVar[str] = "hypothesis"
     ask: Ask = "before"
-
-    def __post_init__(self) -> None:
-        check_choices(self)
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
         """The briefing with when it is asked."""
@@ -176,17 +166,14 @@ class Tremble(AtRandomSteps):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class History:
+class History(Checked):
     """The agent remembers only the ``last`` exchanges (choice and report); its task and the current report stay.
 
     Nothing is drawn.
     """
 
     name: ClassVar[str] = "history"
-    last: int = 5
-
-    def __post_init__(self) -> None:
-        check_whole("last", self.last, 0)
+    last: Annotated[int, Within(0)] = 5
 
     def recall(
         self, turns: tuple[Turn, ...], past: tuple[Moment, ...], task: Task, rng: np.random.Generator

@@ -7,12 +7,13 @@ sensor or an obstacle.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import Checked, Share, Within
 from lockprobe.interventions.words import places_said, rows_of
 from lockprobe.trial.pictures.frame import degraded, to_millimetres, to_png, turbo
 from lockprobe.trial.pictures.picture import Picture
@@ -25,12 +26,9 @@ The window holds the tops of all handles and most of the board where a camera lo
 by which handles stand out are a third of it.
 """
 
-_LIMITS = {"blur": (0, 1000), "noise": (0, 1000), "occlude": (0, 1), "exposure": (-20, 20)}
-"""The least and the largest of each damage; more make every picture grey, noise, hidden, black or white."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CameraChannel:
+class CameraChannel(Checked):
     """Takes a picture of the box and removes outcome and positions from the report: only the picture shows them.
 
     What is pictured are the positions of the percept; where they are not the true ones, the plant draws what is told.
@@ -47,20 +45,15 @@ class CameraChannel:
             stays as it is: its noise is a setting of the plant (``depth_noise``).
         occlude: Share of the panel that an opaque patch hides, [0, 1], at a place drawn for every picture. What it
             hides has no depth.
-        exposure: Stops of exposure of colours, from -20 to 20; negative is darker. Depth stays as it is.
+        exposure: Stops of exposure of colours, [-20, 20]; negative is darker. Depth stays as it is.
     """
 
     always_tells: ClassVar[bool] = True
     depth: bool = False
-    blur: float = 0.0
-    noise: float = 0.0
-    occlude: float = 0.0
-    exposure: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, (least, most) in _LIMITS.items():
-            if not least <= (value := getattr(self, name)) <= most:
-                raise BadValue(name, value, f"a number from {least} to {most}")
+    blur: Annotated[float, Within(0, 1000)] = 0.0
+    noise: Annotated[float, Within(0, 1000)] = 0.0
+    occlude: Share = 0.0
+    exposure: Annotated[float, Within(-20, 20)] = 0.0
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as pictures."""
@@ -70,7 +63,7 @@ class CameraChannel:
             raise BadValue("modality", modality, "symbolic, or a plant with a camera: fast-twin or twin")
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
-        damage = {name: getattr(self, name) for name in _LIMITS}
+        damage = {name: getattr(self, name) for name in ("blur", "noise", "occlude", "exposure")}
         frame = degraded(percept.look(percept.positions), luck, **damage)
         pictures: tuple[Picture, ...] = (Picture(kind="rgb", png=to_png(frame.rgb)),)
         if self.depth:

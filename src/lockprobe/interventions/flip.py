@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
-from lockprobe.foundation.validation import check_choice, check_choices, check_probability, check_whole
+from lockprobe.foundation.validation import Checked, Share, Step, check_choice
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
@@ -57,7 +57,7 @@ READINGS: Mapping[tuple[Inverts, Others], str] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OutcomeFlip:
+class OutcomeFlip(Checked):
     """With probability ``p`` the report says the opposite of what the action did (paper, Sec. 3.2).
 
     The paper leaves open how, in two respects. What is inverted:
@@ -96,21 +96,17 @@ class OutcomeFlip:
     doses: ClassVar[tuple[str, ...]] = ("p", "keep")
     stream: ClassVar[str] = "channel"
     always_tells: ClassVar[bool] = True
-    p: float = 0.0
+    p: Share = 0.0
     inverts: Inverts = "outcome"
     others: Others = "fresh"
-    keep: float = 0.0
+    keep: Share = 0.0
     part: Part = "both"
     only: Only = "any"
-    at: tuple[int, ...] = ()
+    at: tuple[Step, ...] = ()
     while_: While = "always"
 
     def __post_init__(self) -> None:
-        check_probability("flip rate p", self.p)
-        check_probability("keep", self.keep)
-        check_choices(self)
-        for step in self.at:
-            check_whole("at", step, 1)
+        Checked.__post_init__(self)
         if self.part == "outcome" and (self.inverts, self.others, self.keep) != ("outcome", "fresh", 0):
             raise BadValue("part", self.part, "none with inverts, others or keep: with it every position is true")
         if self.others == "noisy":
@@ -310,7 +306,7 @@ class MisreadFlip(OutcomeFlip):
     """
 
     variant: ClassVar[str] = "like"
-    p: float = 1.0
+    p: Share = 1.0
     like: str = ""
     of: str = ""
     by: By = "joint"

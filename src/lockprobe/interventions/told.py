@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from lockprobe.foundation.validation import check_choices, check_probability, check_whole
+from lockprobe.foundation.validation import Checked, Share, Step, Within
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.trial.record import Moment, Percept, Task
 
@@ -20,7 +20,7 @@ Says = Literal["lie", "truth"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AtRate:
+class AtRate(Checked):
     """An intervention that hits each step with probability p; the steps at a smaller p are among those at a larger one.
 
     They are those at which ``flip`` lies at the same p. Only the steps ``at`` can be hit, or all if there is none.
@@ -29,13 +29,7 @@ class AtRate:
     name: ClassVar[str]
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
-    p: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_probability(f"{self.name} rate p", self.p)
-        check_choices(self)
-        for step in getattr(self, "at", ()):
-            check_whole("at", step, 1)
+    p: Share = 0.0
 
     def hits(self, drawn: float, step: int) -> bool:
         """Whether it acts at a step for which this number was drawn, in [0, 1)."""
@@ -47,7 +41,7 @@ class AtRandomSteps(AtRate):
     """One that hits random steps of its own, unless its ``luck`` is that of the flip."""
 
     luck: Luck = "own"
-    at: tuple[int, ...] = ()
+    at: tuple[Step, ...] = ()
 
     @property
     def stream(self) -> str:  # type: ignore[override]  # that of the class is the flip's
@@ -69,7 +63,7 @@ class Drop(AtRandomSteps):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Delay:
+class Delay(Checked):
     """Every report is late: it tells the truth of ``lag`` attempts ago, and names the joint attempted then.
 
     Until the first late report nothing is told. Each report starts from the truth, so changes by earlier interventions
@@ -78,10 +72,7 @@ class Delay:
 
     name: ClassVar[str] = "delay"
     doses: ClassVar[tuple[str, ...]] = ("lag",)
-    lag: int = 1
-
-    def __post_init__(self) -> None:
-        check_whole("lag", self.lag, 0)
+    lag: Annotated[int, Within(0)] = 1
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept of some attempts ago."""
@@ -133,7 +124,7 @@ class Correction(AtRate):
     last: Says = "truth"
     inverts: Inverts = "outcome"
     others: Literal["fresh", "kept"] = "fresh"
-    at: tuple[int, ...] = ()
+    at: tuple[Step, ...] = ()
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as its last statement tells it, with the first one if it is corrected."""

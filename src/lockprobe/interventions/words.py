@@ -10,7 +10,7 @@ from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from lockprobe.boxes.sketch import in_rows
-from lockprobe.foundation.validation import check_choices
+from lockprobe.foundation.validation import Checked
 from lockprobe.trial.record import Moment, Outcome, Percept, Task, in_words
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TextChannel:
+class TextChannel(Checked):
     """Writes the percept as text. It removes what must not be told, and adds only places.
 
     With ``tell=state`` the agent has to infer the outcome of an attempt by comparing successive reports, as with
@@ -45,9 +45,6 @@ class TextChannel:
     tell: Tell = "both"
     form: Form = "words"
     places: bool = False
-
-    def __post_init__(self) -> None:
-        check_choices(self)
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""

@@ -24,7 +24,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_name
-from lockprobe.foundation.validation import AS_WRITTEN, Text, check_probability
+from lockprobe.foundation.validation import AS_WRITTEN, Text, check_number
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip, with_rates
 from lockprobe.plants.catalogue import resolve_plant
@@ -504,7 +504,7 @@ def _check_conditions(study: Study) -> None:
             expected = "0, or a number from 1e-09 to 1e+09 or from -1e+09 to -1e-09, which curves can be fitted to"
             raise BadValue(f"a dose of {one.label}", unfit, expected)
         if one.p is not None:
-            check_probability(f"the flip rate of {one.label}", one.p)
+            check_number(f"the flip rate of {one.label}", one.p)
     if PEOPLE in study.agents:
         check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
 
