@@ -1,5 +1,6 @@
 """How a run goes and what it costs: what is counted, what people read in lines, and what programs read."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -52,9 +53,8 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, clock):
         progress.agent(resolve(MODEL), 1)
         plan = next(ONE.plans(MODEL))
         for step in range(1, 4):
-            journal.calls.write(call_of(plan, step, usage=USED, retries=2))
-        with pytest.raises(StopIteration):
-            journal.calls.reserve(call_of(plan, 4)).send(None)
+            asyncio.run(journal.calls.write(call_of(plan, step, usage=USED, retries=2)))
+        asyncio.run(journal.calls.reserve(call_of(plan, 4)))
         assert "on the way" not in progress.line()
         clock[0] = 42.0
         assert "1 call on the way, the oldest for 42 s" in progress.line()

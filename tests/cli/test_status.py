@@ -57,7 +57,7 @@ def written(directory, *made):
         for call in made:
             most = Usage(calls=1, input_tokens=2000, output_tokens=1000)
             asyncio.run(calls.reserve(replace(call, most=most)))
-            calls.write(call)
+            asyncio.run(calls.write(call))
 
 
 def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):

@@ -216,7 +216,7 @@ class InTrial:
                 account.write(f"{self.key} {step}\\n")
             joints = situation.task.joints
             call = replace(asked, most=None, reply=joints[step % len(joints)])
-            self.book.write(call)
+            await self.book.write(call)
         return Decision(joint=call.reply, replies=(call.reply,))
 """
 
@@ -237,15 +237,19 @@ def unbroken(tmp_path_factory):
         yield whole, (folder / "whole.txt").read_text().splitlines()
 
 
-ASKED, ANSWERED, RECORDED = "insert into call", "update call", "insert into trial"
+ASKED, ANSWERED, RECORDED = (
+    ("insert or replace into call", 1),
+    ("insert or replace into call", 18),
+    ("insert into trial", 1),
+)
 
 
 @pytest.mark.parametrize("when", ["before", "after"])
-@pytest.mark.parametrize(("what", "at"), [(ASKED, 1), (ANSWERED, 9), (RECORDED, 1)])
-def test_killed_when_a_call_or_a_trial_is_written(tmp_path, monkeypatch, unbroken, what, at, when):
-    whole, once = unbroken
+@pytest.mark.parametrize("what", [ASKED, ANSWERED, RECORDED])
+def test_killed_when_a_call_or_a_trial_is_written(tmp_path, monkeypatch, unbroken, what, when):
+    (whole, once), (statement, at) = unbroken, what
     monkeypatch.setenv("PAID", str(tmp_path / "killed.txt"))
-    died = forked.run([tmp_path / "killed", what, at, when, json.dumps(ASK)], script=DIES)
+    died = forked.run([tmp_path / "killed", statement, at, when, json.dumps(ASK)], script=DIES)
     assert died.returncode == -signal.SIGKILL
     if what is RECORDED:
         assert len(load(tmp_path / "killed")) == at - (when == "before")

@@ -171,7 +171,7 @@ class CallBook(Protocol):
         """
         ...
 
-    def write(self, call: Call) -> None:
+    async def write(self, call: Call) -> None:
         """Write a call to disk, with or without a reply, in place of its reservation."""
         ...
 

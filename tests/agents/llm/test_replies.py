@@ -38,7 +38,7 @@ class Book:
     async def reserve(self, call):
         self.asked.append(call)
 
-    def write(self, call):
+    async def write(self, call):
         self.calls.append(call)
 
 

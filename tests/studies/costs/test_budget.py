@@ -84,7 +84,7 @@ def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not
         began.append(trial)
         for _ in range(3):
             await asyncio.sleep(0)
-        calls.write(call(trial=trial, usage=cost))
+        await calls.write(call(trial=trial, usage=cost))
 
     async def all_of_them():
         with call_log(tmp_path) as calls:
@@ -126,7 +126,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
                 try:
                     await reserve(calls, worst, agent, number, unanswered=again + 1)
                 except BudgetReached:
-                    calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
+                    await calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
                     return
                 used, again = charge(worst, agent_price(agent)), again + 1
             for _ in range(luck.randint(0, 4)):
@@ -135,7 +135,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
             uncounted = call(agent, number, step, usage=Usage(calls=1), unanswered=again)
             broken_off = call(agent, number, step, reply=None, error=BROKEN_OFF)
             failed = call(agent, number, step, reply=None, error="no reply within 120 s", unanswered=again + 1)
-            calls.write(luck.choice([counted, counted, uncounted, broken_off, failed]))
+            await calls.write(luck.choice([counted, counted, uncounted, broken_off, failed]))
 
     async def run(directory):
         with call_log(directory) as calls:

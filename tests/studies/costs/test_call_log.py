@@ -33,7 +33,7 @@ def ask(calls, call, plan=PLAN):
     page = calls.of(plan)
     assert page.recall(call.step, call.turn, call.request) is None
     asyncio.run(page.reserve(about(call)))
-    page.write(call)
+    asyncio.run(page.write(call))
 
 
 def test_what_was_replied_is_looked_up_by_place_and_request(tmp_path):
@@ -62,19 +62,31 @@ def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_cas
     assert (lost.step, lost.reply, lost.error, lost.most, lost.broken_off) == (2, None, BROKEN_OFF, WORST, True)
 
 
-def test_a_request_is_on_the_disk_itself_before_it_is_sent_and_its_attempts_too(tmp_path, monkeypatch):
-    plain, waited = Database.transaction, []
+def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_and_all_that_wait_share_a_commit(
+    tmp_path, monkeypatch
+):
+    plain, commits = Database.transaction, []
 
     def noted(store, *, sync=False):
-        waited.append(sync)
+        commits.append(sync)
         return plain(store, sync=sync)
 
-    monkeypatch.setattr(Database, "transaction", noted)
-    with call_log(tmp_path) as calls:
+    async def lane(calls, step):
         for attempt in range(2):
-            asyncio.run(calls.of(PLAN).reserve(about(replied(), unanswered=attempt)))
-            assert read_calls(tmp_path)[0].unanswered == attempt
-    assert waited == [True, True]
+            await calls.of(PLAN).reserve(about(replace(replied(step), key=f"{step}"), unanswered=attempt))
+            assert [call.unanswered for call in read_calls(tmp_path) if call.step == step] == [attempt]
+
+    async def all_of_them(calls):
+        lanes = [asyncio.create_task(lane(calls, step)) for step in range(1, 9)]
+        await asyncio.sleep(0)
+        lanes[0].cancel()
+        return await asyncio.gather(*lanes, return_exceptions=True)
+
+    with call_log(tmp_path) as calls:
+        monkeypatch.setattr(Database, "transaction", noted)
+        (cancelled, *ended) = asyncio.run(all_of_them(calls))
+    assert (type(cancelled), ended, commits) == (asyncio.CancelledError, [None] * 7, [True, True])
+    assert [(call.step, call.unanswered) for call in read_calls(tmp_path)] == [(1, 0), *((n, 1) for n in range(2, 9))]
 
 
 @pytest.mark.parametrize(

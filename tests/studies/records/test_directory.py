@@ -1,5 +1,6 @@
 """The directory of a study: what a start leaves behind that fails, which settings may differ, and what a withdrawal leaves."""
 
+import asyncio
 import errno
 import fcntl
 import os
@@ -162,7 +163,7 @@ def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
 def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
     call = call_of(next(STUDY.plans("random")))
     with Journal.open(tmp_path, STUDY) as journal:
-        journal.calls.write(call)
+        asyncio.run(journal.calls.write(call))
     with pytest.raises(SettingsChanged, match="trials is 2 there, 4 asked"):
         Journal.open(tmp_path, replace(STUDY, trials=4)).__enter__()
     assert list(read_calls(tmp_path)) == [call]

@@ -1,5 +1,6 @@
 """What was played elsewhere is taken in once, and only if it is of the same study."""
 
+import asyncio
 from dataclasses import replace
 
 import pytest
@@ -27,7 +28,7 @@ def write_calls(directory, calls):
     """A study directory with these calls."""
     with call_log(directory) as log:
         for call in calls:
-            log.write(call)
+            asyncio.run(log.write(call))
     return directory
 
 

@@ -1,5 +1,6 @@
 """Attempts on disk, and what is sound of a damaged study is saved, and nothing else."""
 
+import asyncio
 import random
 import shutil
 from collections import Counter
@@ -40,7 +41,7 @@ def whole(tmp_path_factory):
             for broken in ["model"] * (number == 3) + [None]:
                 trial = make_trial([] if broken else joints, trial=number, broken=broken)
                 journal.append(trial, 1.5)
-            journal.calls.write(call_of(trial, reply=f"{joints} " * 9))
+            asyncio.run(journal.calls.write(call_of(trial, reply=f"{joints} " * 9)))
             log.write(f"k{number % 5}", "attempt", RecordedAttempt("A", None, f"You attempted {joints}.", "why"))
     return (
         directory,

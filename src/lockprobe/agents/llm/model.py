@@ -95,7 +95,7 @@ class HostedModel:
                         done = replace(done, stop="", served="", reasoned=False)
                 finally:
                     if book is not None:
-                        book.write(replace(done, most=None))
+                        await book.write(replace(done, most=None))
             if done.reply is None:
                 raise ModelFault(done.error)
             self._note(done, messages)

@@ -3,6 +3,7 @@
 A reply that was paid for is never lost. A trial that was interrupted by a fault, a kill or the budget resumes at the
 same point: its earlier calls are looked up, not repeated. The cost of a study is the sum of its calls, including those
 of broken trials. A call is written as broken off, with its maximum cost, until it has an outcome: so a kill leaves it.
+Calls that wait for the disk at the same time share one commit.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import asyncio
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
@@ -82,6 +84,9 @@ class Calls:
         self.budget: Budget | None = None
         self._claimed: Call | None = None
         self._news = asyncio.Event()
+        self._numbers = count(store.one("select coalesce(max(id), 0) from call")[0] + 1)
+        self._rows: list[tuple[int, str, str, int]] = []
+        self._commit: asyncio.Task[None] | None = None
         logged = [*_calls_in(store)]
         self.spent, self._kept = spent_by_agent(logged), kept_replies(logged)
         for (key,) in store.rows("select key from trial where current and not owed") if self._kept else ():
@@ -135,17 +140,18 @@ class Calls:
             )
         while self.budget is not None and not self.budget.reserve(call, self.most):
             await self._news.wait()
-        number, _, began = self._on_their_way.get(call.key, (None, call, time.monotonic()))
-        self._on_their_way[call.key] = self._put(number, replace(call, error=BROKEN_OFF)), call, began
+        known = self._on_their_way.get(call.key)
+        number, began = (next(self._numbers), time.monotonic()) if known is None else (known[0], known[2])
+        await self._put(number, replace(call, error=BROKEN_OFF))
+        self._on_their_way[call.key] = number, call, began
 
-    def write(self, call: Call) -> None:
+    async def write(self, call: Call) -> None:
         """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost."""
-        number, asked, _ = self._on_their_way.pop(call.key, (None, call, 0.0))
+        number, asked, _ = self._on_their_way.pop(call.key, None) or (next(self._numbers), call, 0.0)
         if call.broken_off:
             call = replace(call, retries=asked.retries, unanswered=asked.unanswered, usage=asked.usage)
         if call.unpriced:
             call = replace(call, most=asked.most)
-        self._put(number, call)
         if call.reply is not None:
             self._kept.setdefault(call.key, []).append(call)
         self._claimed = self._claimed or (call if call.claimed is not None else None)
@@ -154,18 +160,20 @@ class Calls:
         self.spent = spent_by_agent([call], self.spent)
         self._news.set()  # whoever waits asks the budget again
         self._news = asyncio.Event()
+        await self._put(number, call)
 
-    def _put(self, number: int | None, call: Call) -> int:
-        """Write a row, a new one without its number, and wait for the disk; return its number."""
+    async def _put(self, number: int, call: Call) -> None:
+        """Write a row and wait for the disk, with all others that are to be written before the next commit."""
         said = _adapter.dump_json(call, exclude_defaults=True).decode()
-        row = call.key, said, checksum(call.key, said)
+        self._rows.append((number, call.key, said, checksum(call.key, said)))
+        if self._commit is None or self._commit.done():
+            self._commit = asyncio.create_task(self._written())
+        await asyncio.shield(self._commit)  # the rows of others are not cancelled with this one
+
+    async def _written(self) -> None:
+        rows, self._rows = self._rows, []
         with self._store.transaction(sync=True) as writing:
-            if number is not None:
-                writing.execute("update call set key = ?, call = ?, crc = ? where id = ?", (*row, number))
-                return number
-            new = writing.execute("insert into call (key, call, crc) values (?, ?, ?)", row).lastrowid
-        assert new is not None
-        return new
+            writing.executemany("insert or replace into call values (?, ?, ?, ?)", rows)
 
 
 class TrialCalls:
@@ -182,6 +190,6 @@ class TrialCalls:
         """See :meth:`Calls.reserve`."""
         await self._calls.reserve(replace(call, agent=self._agent))
 
-    def write(self, call: Call) -> None:
+    async def write(self, call: Call) -> None:
         """See :meth:`Calls.write`."""
-        self._calls.write(replace(call, agent=self._agent))
+        await self._calls.write(replace(call, agent=self._agent))
