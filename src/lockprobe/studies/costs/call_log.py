@@ -28,6 +28,9 @@ from lockprobe.trial.plan import Plan
 
 _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
+_TURNS = 8
+"""Turns of the event loop, less than a millisecond, in which others that are ready come to a commit too."""
+
 
 def read_calls(directory: Path | str) -> list[Call]:
     """The calls of a study in the order in which they were asked; empty if no provider was asked.
@@ -171,6 +174,8 @@ class Calls:
         await asyncio.shield(self._commit)  # the rows of others are not cancelled with this one
 
     async def _written(self) -> None:
+        for _ in range(_TURNS):
+            await asyncio.sleep(0)
         rows, self._rows = self._rows, []
         with self._store.transaction(sync=True) as writing:
             writing.executemany("insert or replace into call values (?, ?, ?, ?)", rows)
