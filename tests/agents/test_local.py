@@ -204,7 +204,7 @@ CONTENT = b"GGUF" + bytes(3000)
 @pytest.fixture
 def models(tmp_path, monkeypatch):
     """A place for files of models, where the embedded one is damaged."""
-    monkeypatch.setenv("LOCKPROBE_MODELS", str(tmp_path / "models"))
+    monkeypatch.setenv("HOME", str(tmp_path))
     for name, content in (("text", b"hello"), ("damaged", CONTENT)):
         (tmp_path / f"{name}.gguf").write_bytes(content)
     monkeypatch.setattr(local, "embedded", lambda: tmp_path / "damaged.gguf")

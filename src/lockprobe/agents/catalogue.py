@@ -18,7 +18,7 @@ from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import CHARACTERS, STRATEGIES
 from lockprobe.agents.viewer import Viewer
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.plugins import find_plugin, first_line, has_methods, plugin_names
+from lockprobe.foundation.plugins import find_plugin, first_line, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.protocols import Agent
@@ -51,19 +51,19 @@ _SAID = {
 """Name or kind -> what the agent is, in a sentence."""
 
 
-_PRESETS = [name.partition(":")[2] for name in STRATEGIES if name.startswith("human-inspired:")]
-_OF_A_FORM = {*_PRESETS, *CHARACTERS, "human-inspired"}
-
-
-def _with_options(name: str, more: str = "") -> str:
+def _with_options(name: str) -> str:
     options = ", ".join(options_of(type(STRATEGIES[name])))
-    return f"{_SAID[name]} Options: {options}.{more}" if options else _SAID[name]
+    return f"{_SAID[name]} Options: {options}." if options else _SAID[name]
 
+
+_PRESETS = [name for name in STRATEGIES if name.startswith("human-inspired")]
+_FIXED = [f"cognitive:{name}" for name in CHARACTERS]
 
 KNOWN: Mapping[str, str] = {
-    **{name: _with_options(name) for name in STRATEGIES if name.rpartition(":")[2] not in _OF_A_FORM},
+    **{name: _with_options(name) for name in STRATEGIES if name not in (*_PRESETS, *_FIXED)},
     _OBSERVER: f"{_SAID[_OBSERVER]} Options: prior, noise, reading.",
-    "human-inspired[:PRESET]": _with_options("human-inspired", f" Presets: {', '.join(_PRESETS)}."),
+    "human-inspired[:PRESET]": f"{_with_options('human-inspired')} Presets: "
+    f"{', '.join(name.partition(':')[2] for name in _PRESETS[1:])}.",
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "viewer[:STRATEGY]": f"{_SAID['viewer']} It can misread; its strategy is {_VIEWED} unless you name one. "
     "Options: acuity, and its strategy's.",
@@ -156,11 +156,8 @@ def resolve(text: str, access: Access | None = None) -> AgentSource:
         raise UnknownName("agent", text, [*KNOWN, *plugin_names("agent")], near=near)
     expected = "a class with `facts` and `async def decide(situation, rng)`"
 
-    def is_agent(found: object) -> bool:
-        return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
-
     def make() -> Agent:  # nothing of another package is imported before
-        found = plugin.make(is_one=is_agent, expected=expected)
+        found = plugin.make(is_one=lambda found: hasattr(found, "decide"), expected=expected)
         with plugin.guarded():
             if not (isinstance(found, Agent) and iscoroutinefunction(found.decide)):
                 raise BadValue("agent", text, expected)
@@ -198,15 +195,14 @@ def _language_model(spec: Spec, access: Access | None) -> AgentSource:
     if is_local(spec):
         from lockprobe.agents import local
 
-        given = arguments_from(local.LocalModel, "a local model", spec.options, taken=("engine",))
-        temperature = float(given.get("temperature", 1.0))  # type: ignore[arg-type]
-        if not 0 < temperature < inf:
-            raise BadValue("temperature", temperature, "a number above 0")
+        given: Any = arguments_from(local.LocalModel, "a local model", spec.options, taken=("engine",))
+        if not 0 < given.get("temperature", 1.0) < inf:
+            raise BadValue("temperature", given["temperature"], "a number above 0")
         return AgentSource(
             spec=text,
             engine="process",
             sees=False,
-            make=lambda: local.LocalModel(local.Engine(local.locate(spec.full_name)), temperature),
+            make=lambda: local.LocalModel(local.Engine(local.locate(spec.full_name)), **given),
             check=lambda: (local.runtime(), local.locate(spec.full_name)),
         )
     if "/" not in spec.name.strip("/"):

@@ -85,8 +85,7 @@ def locate(spec: str) -> Path:
         path, expected = here, _EMBEDDED_HASH
     elif named := _PORTABLE.fullmatch(spec):
         if not (note := _note(named["name"])).is_file():
-            remedy = "name its file once: --agent llm:gguf:PATH"
-            raise Missing(f"{spec} is not known on this machine", remedy)
+            raise Missing(f"{spec} is not known on this machine", "name its file once: --agent llm:gguf:PATH")
         path, expected = Path(note.read_text()), named["sha256"]
     is_there(path)  # what is no file is refused
     try:
@@ -104,8 +103,7 @@ def portable(spec: str) -> str:
     """The spec of an agent without a path of this machine, as records hold it.
 
     ``llm:gguf:PATH`` becomes ``llm:gguf:NAME@HASH``: the name of the file and the first twelve digits of its hash.
-    Where the file is is noted in ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``, so that the spec plays here
-    again.
+    Where the file is is noted in ``~/.cache/lockprobe/models``, so that the spec plays here again.
     """
     asked = spec_name(spec)
     if not asked.startswith(_FILE) or _PORTABLE.fullmatch(asked):
@@ -118,8 +116,7 @@ def portable(spec: str) -> str:
 
 
 def _note(name: str) -> Path:
-    directory = os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models"
-    return Path(directory) / f"{name}.path"
+    return Path.home() / ".cache" / "lockprobe" / "models" / f"{name}.path"
 
 
 def _name_of(path: Path) -> str:

@@ -13,7 +13,7 @@ import reprlib
 from bisect import bisect_right
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass, is_dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, final
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Memory = TypeVar("Memory", bound=Hashable)
 
 _MOST = 1024
-"""Memories whose probabilities a policy caches, and views and reports that all policies share."""
+"""Memories whose probabilities a policy caches."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,10 +66,6 @@ class Told:
         return "moved" if self.moved else "blocked"
 
 
-_shared = lru_cache(maxsize=_MOST)
-_view, _told, _decision = _shared(View), _shared(Told), _shared(Decision)  # which recur in many trials
-
-
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
     """A percept in numbers; None if it reports on no joint.
 
@@ -86,7 +82,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
             shifted = sum([1 << j for j, now in enumerate(positions) if now != start[j]])
-    return _told(
+    return Told(
         joint=task.joints.index(percept.joint),
         moved=outcome == "moved",
         shifted=shifted,
@@ -203,9 +199,7 @@ class Policy(Generic[Memory]):
             found = cached[about] = chances, running_sums(chances)
         joint = situation.task.joints[bisect_right(found[1], rng.random())]
         claimed = None if known.told is None else self.claim(known.memory, known.told)
-        if self.exact:
-            return Decision(joint=joint, claimed=claimed, probabilities=found[0])
-        return _decision(joint=joint, claimed=claimed)
+        return Decision(joint=joint, claimed=claimed, probabilities=found[0] if self.exact else None)
 
     @cached_property
     def _cached(self) -> dict[tuple[View, Memory], tuple[tuple[float, ...], list[float]]]:
@@ -221,7 +215,7 @@ class Policy(Generic[Memory]):
             view, memory, heard = known.view, known.memory, len(past)
         else:
             panel = task.places if self.heeds_panel else ()
-            view = _view(joints=len(task.joints), target=task.joints.index(task.target), places=panel)
+            view = View(joints=len(task.joints), target=task.joints.index(task.target), places=panel)
             memory, heard = self.begin(view), 0
         reports = [*[(turn.percept, turn.remark) for turn in past[heard:]], (percept, remark)]
         for step, (report, said) in enumerate(reports, start=heard):

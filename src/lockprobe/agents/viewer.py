@@ -57,8 +57,7 @@ class Viewer:
         """All its observations as reports. A percept without pictures already is a report."""
         from lockprobe.trial.pictures.picture_reader import evidence, needed_acuity
 
-        reports: list[Percept] = []
-        acuity = self.acuity or 0
+        reports, acuity = list[Percept](), self.acuity or 0
         before: tuple[bool, ...] | None = None  # where joints were read, or told, last
         for percept in percepts:
             report = percept
@@ -66,9 +65,7 @@ class Viewer:
                 if not percept.handles or not percept.shown:
                     raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
                 acuity = acuity or needed_acuity(percept.shown, percept.handles, 10)
-                found = evidence(
-                    percept.shown, percept.handles, acuity=acuity
-                )  # above 0 for a joint away from its start
+                found = evidence(percept.shown, percept.handles, acuity=acuity)  # above 0 away from the start
                 last = before or tuple(sign > 0 for sign in found)
                 # in doubt a joint keeps its last reading
                 now = tuple(sign > 0 if abs(sign) > 0.05 else at for sign, at in zip(found, last, strict=True))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.foundation.errors import FINAL, BadValue, needing
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     from lockprobe.agents.prompt import Message
     from lockprobe.studies.study import Study
+    from lockprobe.trial.model_call import Call
     from lockprobe.trial.record import Decision, Fact, Situation
 
 _AGENT = "llm:inspect/model"  # stands for the model of the eval, which is unknown while a task is made
@@ -100,18 +102,15 @@ class _ModelOfTheEval:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         from lockprobe.agents.llm.asking_again import decided
         from lockprobe.agents.llm.settings import Model
-        from lockprobe.trial.model_call import Call, Usage
+        from lockprobe.trial.model_call import Usage
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+        async def ask(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             asked, began = [_sent(message) for message in messages], time.perf_counter()
             output = await self._model.generate(asked)
             self._state.messages, self._state.output = [*asked, output.message], output
             read, written = (0, 0) if output.usage is None else (output.usage.input_tokens, output.usage.output_tokens)
-            return Call(
-                key="",
-                step=0,
-                turn=turn,
-                request="",
+            return replace(
+                new,
                 reply=output.completion,
                 stop=output.stop_reason,
                 served=output.model,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from provider_server import completion, truthful, words
 
-from lockprobe.agents.llm import model as llm
+from lockprobe.agents.llm.asking_again import request_fingerprint
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message
@@ -67,7 +67,7 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
 
     def request(said=said, schema=None, known=known, **settings):
         model = Model(name="a/b", settings=ModelSettings(**settings), facts=known)
-        return llm.request_fingerprint(model, [said], schema or {})
+        return request_fingerprint(model, [said], schema or {})
 
     others = [
         request(said=replace(said, text="And now?")),

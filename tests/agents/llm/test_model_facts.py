@@ -85,7 +85,7 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped_and_a_pr
         ("[[model]]\nmatch = ['a']\n[[model]]\nmatch = ['b']\nimage = true", "model 2 image: .*keys are reasons, .*, match"),
         ("[[model]]\nmatch = ['a']\nmost_output = -1", "model 1 most_output: expected "),
         ("[[model]]\nmatch = ['a']\nprice = { in = 1.0, output = 2.0, date = 'd', source = 's' }",
-         r"model 1 price input: is missing; model 1 price in: no such key \(keys are input, cached, "),
+         r"model 1 price in: no such key \(keys are input, cached, "),
         (f"[[model]]\nmatch = ['a']\nprice = {PRICE.replace('2.0', 'inf')}", "model 1 price input: "),
     ],
 )  # fmt: skip

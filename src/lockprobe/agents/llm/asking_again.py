@@ -8,6 +8,8 @@ after a fault: some servers write their errors as if the model had said them.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import asdict, replace
 
@@ -20,8 +22,8 @@ from lockprobe.foundation.formatting import count
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.record import Decision, Situation
 
-Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[Call]]
-"""From the turn, from 1, the conversation and the form of the reply to the call with its reply."""
+Ask = Callable[[Call, Sequence[Message], dict[str, object]], Awaitable[Call]]
+"""From a call without its reply, the conversation and the form of the reply to the call with its reply."""
 
 
 def verdict_on(call: Call, situation: Situation) -> Decision | ReplyFault:
@@ -42,7 +44,9 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
     messages, schema = conversation(situation, images=model.settings.images), reply_schema(asked_for(situation))
     replies, usage, cut_off = list[str](), Usage(), 0
     while True:
-        answer = await ask(len(replies) + 1, messages, schema)
+        step, turn, request = len(situation.past) + 1, len(replies) + 1, request_fingerprint(model, messages, schema)
+        asked = Call(key="", step=step, turn=turn, request=request, reply=None)
+        answer = await ask(asked, messages, schema)
         verdict = verdict_on(answer, situation)
         text = answer.reply or ""
         replies.append(text)
@@ -62,6 +66,13 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
             Message(role="assistant", text=spoken(text)),
             Message(role="user", text=repair(verdict, situation)),
         ]
+
+
+def request_fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
+    """A fingerprint of a request: sixteen hexadecimal digits."""
+    said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
+    form = [said, schema, [model.parameters(), model.settings.schema, model.settings.detail]]
+    return hashlib.sha256(json.dumps(form, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def _cause(answer: Call, model: Model, *, empty: bool) -> tuple[str, bool]:

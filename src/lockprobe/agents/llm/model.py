@@ -6,8 +6,6 @@ only the newest do: ``llm:openai/gpt-4o?images=4``.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -70,16 +68,15 @@ class HostedModel:
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Ask for the next joint. The stream is not used: a provider draws its own luck."""
-        step, model, book = len(situation.past) + 1, self.line.model, self._book
+        model, book = self.line.model, self._book
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
-            request = request_fingerprint(model, messages, schema)
-            if book is not None and (known := book.recall(step, turn, request)) is not None:
+        async def ask(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+            if book is not None and (known := book.recall(new.step, new.turn, new.request)) is not None:
                 self._note(known, messages)
                 return known
-            await self.line.pause(turn - 1)
+            await self.line.pause(new.turn - 1)
             worst = model.at_most(messages)
-            asked = Call(key=self._key, step=step, turn=turn, request=request, reply=None, most=worst)
+            asked = replace(new, key=self._key, most=worst)
             done = replace(asked, error=BROKEN_OFF)
             async with self.line.slots:
                 if book is not None:
@@ -156,19 +153,9 @@ class ReplayedModel:
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record."""
 
-        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> Call:
-            request = request_fingerprint(self._model, messages, schema)
-            if (known := self._recall(len(situation.past) + 1, turn, request)) is None:
+        async def ask(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+            if (known := self._recall(new.step, new.turn, new.request)) is None:
                 raise ModelFault("there is no such reply")
             return known
 
         return await decided(situation, self._model, ask)
-
-
-def request_fingerprint(model: Model, messages: Sequence[Message], schema: dict[str, object]) -> str:
-    """A fingerprint of a request: sixteen hexadecimal digits."""
-    said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
-    text = json.dumps(
-        [said, schema, [model.parameters(), model.settings.schema, model.settings.detail]], sort_keys=True
-    )
-    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -157,17 +157,11 @@ def price_lines(name: str) -> tuple[str, ...]:
 def read_facts(path: Path) -> tuple[Entry, ...]:
     """The entries of a file of facts, in order; the first that matches a name counts."""
     try:
-        return (
-            TypeAdapter(dict[Literal["model"], tuple[Entry, ...]])
-            .validate_python(read_toml(path), extra="forbid")
-            .get("model", ())
-        )
+        reader = TypeAdapter(dict[Literal["model"], tuple[Entry, ...]])
+        return reader.validate_python(read_toml(path), extra="forbid").get("model", ())
     except ValidationError as error:
-        wrong = list[str]()
-        for one in error.errors():
-            where = " ".join(str(part + 1 if isinstance(part, int) else part) for part in one["loc"])
-            wrong.append(f"{where}: {plain(one['msg'])}")
-            if one["type"] == "unexpected_keyword_argument":
-                of = Price if "price" in one["loc"] else Entry
-                wrong[-1] += f" (keys are {', '.join(key.name for key in fields(of))})"
-        raise BadFile(path, printable("; ".join(wrong))) from None
+        wrong = error.errors()[-1]  # a key that is missing comes before the one that stands there instead
+        where = " ".join(str(part + 1 if isinstance(part, int) else part) for part in wrong["loc"])
+        keys = ", ".join(key.name for key in fields(Price if "price" in wrong["loc"] else Entry))
+        said = f" (keys are {keys})" if wrong["type"] == "unexpected_keyword_argument" else ""
+        raise BadFile(path, printable(f"{where}: {plain(wrong['msg'])}{said}")) from None
