@@ -59,6 +59,14 @@ def test_at_most_700_words_stand_before_something_is_unfolded(written):
     assert 100 < len(" ".join(page_text(folded(page))).split()) <= 700
 
 
+def test_success_can_be_judged_against_chance_on_the_first_screen(written):
+    found, page = written
+    top = re.sub(r"<[^>]*>|\s+", " ", page.partition('id="trials"')[0])
+    levels = [f"{100 * curve.value[-1]:.0f}" for curve in found.random_play]
+    assert len(levels) == 2
+    assert all(re.search(rf"chance [^.]*\b{level}\b", top) for level in levels)
+
+
 def folded(page):
     """The page without what is folded away: of every part its heading and its answer."""
     while (

@@ -47,7 +47,7 @@ def test_the_command_writes_the_exhibits_under_their_names(found, directory, mon
         assert not re.search(rb"/Type3|Date", picture), name  # equal results give equal files
     example, bibliography = (files[name].decode() for name in ("example.tex", "references.bib"))
     assert {*re.findall(r"\\includegraphics\[.*?\]\{(.+?)\}", example)} == {f"{name}.pdf" for name in EXHIBITS}
-    assert re.findall(r"\\begin\{(figure\*?)\}", example) == ["figure"] * 3 + ["figure*", "figure"]
+    assert re.findall(r"\\begin\{(figure\*?)\}", example) == ["figure"] * 5
     assert [*re.findall(r"\\input\{(.+?)\}", example)] == ["methods", "results", "table1"]
     assert "VERSION" not in bibliography
     assert "RESULTS" not in example

@@ -26,6 +26,9 @@ _APART = 24
 _BESIDE = 12
 """Distance of agents at one dose, in pixels."""
 
+_BEYOND = 40
+"""How far the axes reach beyond the first and the last dose, in pixels."""
+
 _LONG = 28
 """Characters of a name at the end of a line."""
 
@@ -51,7 +54,7 @@ def curve_figure(found: Results, *, wide: bool) -> Markup:
     if not courses:
         return own_markup("")
     doses = sorted({cell.dose or 0.0 for one in courses for cell in one.played})
-    left, right, top, bottom = (96, 628, 16, 360) if wide else (88, 318, 16 + _APART * len(courses), 320)
+    left, right, top, bottom = (96, 596, 16, 360) if wide else (88, 280, 16 + _APART * len(courses), 320)
     x = [left + (dose - doses[0]) / (doses[-1] - doses[0]) * (right - left) for dose in doses]
     shift = [(i - (len(courses) - 1) / 2) * _BESIDE for i in range(len(courses))]
 
@@ -71,29 +74,36 @@ def curve_figure(found: Results, *, wide: bool) -> Markup:
         ]
         for course, beside in zip(courses, shift, strict=True)
     ]
-    heights, names = placed([line[-1]["y"] for line in lines], top, bottom, _APART), list[dict[str, Any]]()
-    edge = right + shift[-1] + 18
-    for course, line, height in zip(courses, lines, heights, strict=True):  # what it is called, and where that stands
+    chance, edge = [curve.value[-1] or 0.0 for curve in found.random_play], right + _BEYOND
+    ends, levels = [line[-1]["y"] for line in lines], [*map(y, chance)]
+    if wide:
+        heights = placed([*ends, *levels], top, bottom, _APART)
+    else:
+        heights = [*(_APART * (i + 0.5) for i in range(len(lines))), *placed(levels, top, bottom, _APART)]
+    names = list[dict[str, Any]]()
+    for course, line, height in zip(courses, lines, heights, strict=False):  # what it is called, and where that stands
         cell, name = course.played[-1], printable(" ".join(course.label.split()))
         at = "" if cell.dose == doses[-1] else f" at {cell.dose:g}"
         short = name if len(name) <= _LONG else f"{name[:_LONG]}…"
         text = f"{short} {100 * (cell.value('success') or 0.0):.0f} %{at}"
-        names.append({"text": text, "y": height, "from": (line[-1]["x"] + 10 if at else edge, line[-1]["y"])})
+        start = line[-1]["x"] + 10 if at else right + shift[-1] + 18
+        names.append({"text": text, "y": height, "from": (start, line[-1]["y"])})
+    for share, level, height in zip(chance, levels, heights[len(lines) :], strict=True):
+        text = f"{'chance ' * wide}{100 * share:.0f} %"
+        names.append({"text": text, "y": height, "from": (edge, level)})
     paper = zip((0.0, PEAK), SOLVED, strict=True) if courses[0].axis == "flip rate" and doses[0] == 0 else ()
     values = {
         "size": (880 if wide else 358, bottom + 56),
         "wide": wide,
         "names": names,
         "edge": edge,
-        "apart": _APART,
         "dose": courses[0].name,
-        "left": left - 40,
-        "right": right + 40,
+        "left": left - _BEYOND,
         "shares": [(y(share), f"{100 * share:.0f}{' %' * (share == 1)}") for share in (0, 0.25, 0.5, 0.75, 1)],
         "doses": list(zip(x, map("{:g}".format, doses), strict=True))[:: max(1, -(-len(doses) // 6))],
         "bottom": bottom,
         "lines": lines,
-        "band": sorted(y(curve.value[-1]) for curve in found.random_play),
+        "band": sorted(levels),
         "stars": [(x[doses.index(dose)] + shift[0] - 16, y(one.value) - 6) for dose, one in paper if dose in doses],
     }
     return own_markup(rendered("curve", **values))

@@ -27,7 +27,6 @@ from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import Bbox
 
 from lockprobe.foundation.spec import spec_name
-from lockprobe.report.curve import placed
 from lockprobe.report.figures import DPI, SMALL, own_settings
 from lockprobe.report.rows import Cell, Course, Curve, Estimate, Player, who
 from lockprobe.statistics.design import FLIPS
@@ -76,9 +75,6 @@ def style_of(shown: Course | Cell) -> Style:
 
 BEYOND = 0.5
 """How far a curve runs on after the last step, so that its last stair can be seen."""
-
-_GAP, _BESIDE = 0.085, 0.02
-"""In axes heights: least distance of names at the right edge; up to which a name needs no line that leads to it."""
 
 _DIGITS, _TICKS = 20.0, 5
 """Digits that fit between the lowest and the highest dose; parts of an axis of steps, at most."""
@@ -195,19 +191,6 @@ def title(axes: Axes, *lines: str) -> None:
     axes.set_title(said, loc="center", x=0, ha="left")
 
 
-def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]]) -> None:
-    """Names (height, text, colour) at the right edge, near where their lines end, none on another one."""
-    low, high = axes.get_ylim()
-    ends = [min(1.0, max(0.0, (y - low) / (high - low))) for y, _, _ in labels]
-    for end, height, (_, text, colour) in zip(ends, placed(ends, 0.0, 1.0, _GAP), labels, strict=True):
-        if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
-            leader: dict[str, Any] = {"linewidth": 0.7, "clip_on": False, "label": "_axis"}
-            axes.plot([1.005, 1.04], [end, height], color=colour, transform=axes.transAxes, **leader)
-        axes.annotate(
-            text, (1, height), (12, 0), "axes fraction", textcoords="offset points", color=colour, va="center"
-        )
-
-
 def numbers(values: Iterable[float | None]) -> list[float]:
     """Numbers of results, where null is none."""
     return [math.nan if value is None else value for value in values]
@@ -239,11 +222,11 @@ def by_dose(axes: Axes, cells: Iterable[Cell], quantity: str, style: Style, **se
     estimates(axes, [dose for dose, _ in found], [row for _, row in found], style, **edge, **settings)
 
 
-def staircase(axes: Axes, curve: Curve, style: Style, first: int) -> None:
+def staircase(axes: Axes, curve: Curve, style: Style, first: int, label: str) -> None:
     """A share by step from 0, with a marker at every fourth step from ``first`` on; with its band if it leads."""
     steps = (*range(len(curve.value)), len(curve.value) - 1 + BEYOND)
     share, low, high = (numbers((*line, *line[-1:])) for line in (curve.value, curve.low, curve.high))
-    axes.step(steps, share, where="post", markevery=list(range(first, len(curve.value), 4)), **style.line)
+    axes.step(steps, share, where="post", markevery=list(range(first, len(curve.value), 4)), label=label, **style.line)
     if style.lead and low:
         axes.fill_between(steps, low, high, step="post", color=style.colour, alpha=0.15, linewidth=0, zorder=1)
 
@@ -275,8 +258,8 @@ _MOST = 6
 _NOTE, _LINE = 45, 0.165
 """Characters in a line of a note, and its height in inches."""
 
-_FONTS = b"DejaVu Sans, Verdana, sans-serif"
-"""What the texts of an SVG file are set in: Verdana is as wide, and what else a reader has is narrower."""
+_FONTS = b"Inter, Segoe UI, Helvetica Neue, Helvetica, Arial, DejaVu Sans, sans-serif"
+"""What the texts of an SVG file are set in: as the page, in what a reader has; all are narrower than the last one."""
 
 Shown = TypeVar("Shown")
 

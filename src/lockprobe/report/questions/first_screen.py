@@ -219,6 +219,8 @@ def _show(found: Results) -> Iterator[Part]:
     listing = AnswerList(found)
     drawn = [] if found.where("false_report_effect") or found.design.contrasts else drawable(found)
     introduced = {agent: what for agent, what in found.facts_about(_WHO).items() if what}
+    played = {one.agent for one in found.design.players}
+    waiting = [who(agent) for agent in found.study.get("agents", ()) if agent not in played]
     box = found.boxes[0] if len(found.boxes) == 1 and 0 < len(found.boxes[0].get("joints", ())) <= _JOINTS else {}
     figures, tables = [one for one in _FIGURES if one.applies(found)], _CHANGES[: 2 if listing.many else 3]
     said |= {"boxes": f"{differ_said(found)} {boxes_said(found)}".strip()} if len(found.boxes) > 1 else {}
@@ -230,6 +232,7 @@ def _show(found: Results) -> Iterator[Part]:
         "listing": listing,
         "broke": known_of_broken(found),
         "compared": max((line.change.corrected_for for line in listing.lines if line.change), default=1),
+        "waiting": listed(waiting, named=3) if waiting else "",
         "who": list(introduced.items()) if len(introduced) <= _WHO_MOST else [],
         "panel": Template("panel", {"box": box, "chain": _chain(box)}) if box else None,
         "chain": bool(_chain(box)),

@@ -23,8 +23,8 @@ from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
 _HIGHER = "higher"
 """Part of a difference: all higher doses together less the lowest."""
 
-_MOST, _NAME = 8, 28
-"""Agents that are drawn, those that the study is about first; characters of a name at the end of a line."""
+_MOST = 8
+"""Agents that are drawn, those that the study is about first."""
 
 
 def _rows(numbers: OpenedStudy) -> Iterator[Row]:
@@ -84,16 +84,13 @@ def draw(found: Results) -> Any:
 
     def on(axes: Any, shown: Sequence[Course]) -> None:
         drawn = [(curve, one) for one in shown if (curve := one.played[0].curve("success_by_step"))]
-        budget, labels = max(len(curve.x) - 1 for curve, _ in drawn), []
+        budget = max(len(curve.x) - 1 for curve, _ in drawn)
         for i, (curve, one) in enumerate(drawn):
-            style = figures.style_of(one)
-            figures.staircase(axes, curve, style, first=1 + i % 4)
-            labels.append((curve.value[-1] or 0.0, figures.agent_label(one, _NAME), style.colour))
+            figures.staircase(axes, curve, figures.style_of(one), first=1 + i % 4, label=figures.agent_label(one))
         if chance := [[share or 0.0 for share in curve.value[: budget + 1]] for curve in found.random_play]:
             low, high = chance
             grey: dict[str, Any] = {"color": figures.FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
-            axes.fill_between(range(budget + 1), low, high, step="post", **grey)
-            labels.append(((low[-1] + high[-1]) / 2, "chance level, exact", figures.FAINT))
+            axes.fill_between(range(budget + 1), low, high, step="post", label="chance level", **grey)
         if (plan := found.get("optimum")) is not None and plan.value is not None:
             label = f"shortest plan: {plan.value:g} steps"
             axes.axvline(plan.value, color=figures.INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
@@ -104,10 +101,9 @@ def draw(found: Results) -> Any:
         axes.set_xlim(0, budget + figures.BEYOND)
         figures.whole_axis(axes, budget, "number of interactions")
         figures.title(axes, f"{figures.counts(curve.n for curve, _ in drawn)}; shade: 95 % band")
-        figures.label_right(axes, labels)
 
     courses = sorted((course for course in found.courses() if course.played), key=lambda one: not one.subject)
-    return figures.sheet([courses[:_MOST]] if courses else [], on, height=2.42, width=5.6)
+    return figures.sheet([courses[:_MOST]] if courses else [], on, height=2.42)
 
 
 def _caption(found: Results) -> Note:
