@@ -6,7 +6,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from lockprobe.foundation.formatting import MOST_NAMED, NONE, bracketed, end_of, p_cell, percent
 from lockprobe.foundation.terminal_text import printable
@@ -34,7 +34,7 @@ _TEX = {
     "≈": r"$\approx$",
 }
 
-_P = re.compile(r"flip rate|^P$")
+_P = re.compile(r"flip rate|^P(, corrected for .*)?$")
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
@@ -100,6 +100,17 @@ def texts(table: Sequence[Sequence[Entry]]) -> list[list[str]]:
 def tested(row: Estimate | None) -> list[Entry]:
     """Cells of a difference: it, its P value, and what is concluded."""
     return [row, p_cell(row.p_value if row else None), conclusion_of(row) if row else None]
+
+
+def p_head(rows: Iterable[Estimate]) -> str:
+    """The head of a column of P values, which says for how many comparisons they are corrected.
+
+    >>> p_head([Estimate(quantity="success_difference", p_value=0.1, corrected_for=of) for of in (3, 8)])
+    'P, corrected for 3 to 8'
+    """
+    sizes = {row.corrected_for for row in rows if row.p_value is not None} or {1}
+    least, most = min(sizes), max(sizes)
+    return "P" if most == 1 else f"P, corrected for {f'{least} to ' * (least < most)}{most}"
 
 
 def conclusion_of(row: Estimate, *, at: float = 0.05) -> str:

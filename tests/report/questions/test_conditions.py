@@ -76,5 +76,5 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     assert [row[5] for row in EFFECTS.cells(lab)[1:]] == lab.against_control()
     (part,) = [part for part in parts_of(lab) if part.name == "conditions"]
     detected = [row.detected for row in lab.against_control()]
-    said = f"{sum(detected)} of {len(detected)} changes from the control detected."
+    said = f"{sum(detected)} of {len(detected)} changes of an agent under a condition detected."
     assert part.answer == said

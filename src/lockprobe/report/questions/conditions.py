@@ -12,7 +12,7 @@ from markupsafe import Markup
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
-from lockprobe.report.format import alone, beside, count_of, tested
+from lockprobe.report.format import alone, beside, count_of, p_head, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import CONTROL
 from lockprobe.report.prose import chance_said, condition_words, distinct, interval_kind, varied
@@ -78,9 +78,10 @@ def _compared(found: Results) -> tuple[list[Estimate], list[Estimate]]:
 
 
 def _effects_table(found: Results) -> Lines:
-    words = condition_words(found)
-    yield ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    for row in chain(*_compared(found)):
+    words, rows = condition_words(found), [*chain(*_compared(found))]
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points"]
+    yield [*head, p_head(rows), "conclusion"]
+    for row in rows:
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
         yield [who(row.agent), words[row.condition], words[row.control], *counts, *tested(row)]
@@ -152,7 +153,7 @@ def _answer(found: Results) -> str:
     """How many changes were detected, or between which shares all conditions of all agents lie."""
     shares = [row.value for row in found.where("success", of="") if row.value is not None and row.condition]
     changes, levels = _compared(found)
-    said = detected_said(changes, "changes from the control")
+    said = detected_said(changes, "changes of an agent under a condition")
     others = [row for row in levels if row.axis not in READING_FACTORS]  # readings have a question of their own
     said = " ".join(filter(None, (said, detected_said(others, "differences between levels of an option"))))
     if said or not shares:

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed, percent
 from lockprobe.interventions.conditions import tells_positions
-from lockprobe.report.format import beside, tested
+from lockprobe.report.format import beside, p_head, tested
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import DECLARED, SIDES
 from lockprobe.report.prose import interval_kind, inverted
@@ -24,8 +24,11 @@ from lockprobe.statistics.every_look import E_PROCESS
 
 ARROW, _TIMES = " \N{RIGHTWARDS ARROW} ", " \N{MULTIPLICATION SIGN} "
 
-CONTRAST = ["agent", "contrast", "conditions", "success", "change, points", "P", "result", "blocks"]
-"""Columns of a table of contrasts; agents stand there if they are several."""
+
+def contrast_head(rows: Sequence[Estimate]) -> list[str]:
+    """Columns of a table of contrasts; agents stand there if they are several."""
+    return ["agent", "contrast", "conditions", "success", "change, points", p_head(rows), "result", "blocks"]
+
 
 BY_BLOCKS = Markup(
     "Each block of equal luck that has a trial under all of the conditions gives one value. The interval is "
@@ -64,8 +67,9 @@ def misreading_said(rows: Sequence[Estimate]) -> str:
 
 def _declared_table(found: Results) -> Lines:
     known = found.design.contrasts
-    yield CONTRAST
-    for row in _declared(found):
+    rows = _declared(found)
+    yield contrast_head(rows)
+    for row in rows:
         less, more = (found.get("success_in_pairs", agent=row.agent, of=f"{row.of}, {side}") for side in SIDES)
         solved = ARROW.join(percent(share.value if share else None) for share in (less, more))
         conditions = ARROW.join(map(listed, (known[row.of].minus, known[row.of].of)))
@@ -116,8 +120,9 @@ def _interactions(numbers: OpenedStudy) -> Iterator[Row]:
 
 
 def _crossings(found: Results) -> Lines:
-    yield ["agent", "interaction of", "blocks", "interaction, points", "P", "conclusion"]
-    for row in found.where("success_interaction", versus=""):
+    rows = found.where("success_interaction", versus="")
+    yield ["agent", "interaction of", "blocks", "interaction, points", p_head(rows), "conclusion"]
+    for row in rows:
         yield [row.agent, row.axis, str(row.n), *tested(row)]
 
 

@@ -146,8 +146,9 @@ def _show(found: Results) -> Iterator[Part]:
         return
     low, high = (choose(cells, key=lambda cell: cell.value("misread") or 0.0) for choose in (min, max))
     words, shares = condition_words(found), [percent(cell.value("misread")) for cell in (low, high)]
-    first, last = (f"{cell.label}, {words[cell.condition]}" for cell in (low, high))
-    said = f"From {shares[0]} ({first}) to {shares[1]} ({last}) of the claims contradict the report."
+    places = ((cell.label, words[cell.condition], cell.shown) for cell in (low, high))
+    first, last = (label if told == shown else f"{label}, {told}" for label, told, shown in places)
+    said = f"Claims that contradict the report: {shares[0]} for {first} to {shares[1]} for {last}."
     if shares[0] == shares[1]:
         some = f"{shares[0]} of the claims contradict the report."
         said = some if high.value("misread") else "No claim contradicts the report."

@@ -9,6 +9,7 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, count
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.answer import headline
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import CONTROL, dose_lines
@@ -63,9 +64,13 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
 
 def _show(found: Results) -> Iterator[Part]:
     if found.several_p:
-        tested = [line for line in dose_lines(found) if line.change]
-        changed = sum(line.change.detected for line in tested if line.change)
-        said = f"A change was detected for {changed} of {count(len(tested), 'agent')}." if tested else _NOTHING
+        tested = grouped([line for line in dose_lines(found) if line.change], lambda line: line.baseline)
+        counts = [
+            f"{sum(bool(line.change and line.change.detected) for line in lines)} of {count(len(lines), 'agent')}"
+            f"{' for comparison' * baseline}"
+            for baseline, lines in sorted(tested.items())
+        ]
+        said = f"A change was detected for {' and for '.join(counts)}." if counts else _NOTHING
         yield Part("How much does success change?", said, [_FIG4, _note(found)])
     axes = [one for one in found.design.axes if one.axis.key != FLIPS.name]
     for i, axis in enumerate(axes, 1):

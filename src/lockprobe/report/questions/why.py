@@ -13,7 +13,7 @@ from lockprobe.report.answer import headline
 from lockprobe.report.format import beside, conclusion_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.primary import Line, primary_lines
-from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, CONTRAST
+from lockprobe.report.questions.contrasts import ARROW, BY_BLOCKS, contrast_head
 from lockprobe.report.rows import Fact, Results, Row, measured_row
 from lockprobe.report.section import Block, Lines, Note, Part, Section, Table, note_at
 from lockprobe.statistics.every_look import E_PROCESS
@@ -73,7 +73,7 @@ def answer(lines: Sequence[Line], found: Results) -> str:
 
 
 def _table(found: Results) -> Lines:
-    yield CONTRAST
+    yield contrast_head([*found.where(_EFFECT), *found.where(_CONTRAST)])
     for total in found.where(_EFFECT, of="total"):
         own = {"agent": total.agent, "modality": total.modality}
         solved = {row.of: row for row in found.where(_SUCCESS, **own)}
