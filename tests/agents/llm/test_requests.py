@@ -7,7 +7,7 @@ import pytest
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.servers import PROVIDERS, Server, request_body
-from lockprobe.agents.llm.settings import Model, ModelSettings
+from lockprobe.agents.llm.settings import Access, Model, ModelSettings
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.foundation.spec import Spec, with_options
@@ -158,6 +158,17 @@ def test_an_option_that_cannot_be_or_that_a_model_refuses_is_one_line_before_any
         resolve(f"llm:{spec}")
     assert isinstance(wrong.value, UnknownName if message.startswith("no ") else BadValue)
     assert str(wrong.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("option", "least", "most"), [("connections", 1, 10_000), ("timeout", 0.01, 86_400), ("pause", 0, 60)]
+)
+def test_how_a_provider_is_reached_has_limits(option, least, most):
+    for value in (least, most):
+        assert getattr(Access(**{option: value}), option) == value
+    for value in (least - 0.005, most + 1):
+        with pytest.raises(BadValue, match=f"{option}: got {value}, expected a number from {least} to {most}"):
+            Access(**{option: value})
 
 
 def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 import httpx2 as httpx
 import pytest
-from seated import as_played, without_page
+from seated import as_played, people_study, without_page
 from stored import acts, contents
 from visitor import STUDY, experiment, logged, served, visiting
 
@@ -19,13 +19,16 @@ from lockprobe import load
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, Missing
 from lockprobe.interventions.conditions import flips
+from lockprobe.people import server_state
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import read_words
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.web import app
 from lockprobe.people.web.address import Address
 from lockprobe.people.withdrawal import keyed_digest
+from lockprobe.plants.catalogue import PlantSource
 from lockprobe.studies.records.store import STORE
+from lockprobe.studies.running.paused_trial import PausedTrial
 
 
 async def raw(url, request):
@@ -254,9 +257,9 @@ PATHS = [
     b"//evil.example/", b"/people/secret", b"/study.db", b"/study.db-wal", b"/study.json", b"/admin/", b"/api/",
     b"/api/open/", b"/API/OPEN", b"/..\\..\\secret", b"/%ff%fe", b"/%0a/\x1b[31m", b"/" + b"a" * 5000,
 ]  # fmt: skip
-TWO_LENGTHS = (
+TWO_LENGTHS = (  # whichever is believed, the body is whole and right
     b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nContent-Type: application/json\r\n"
-    b"Content-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n"
+    b"Content-Length: 12\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n"
 )
 SLOW = b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nContent-Type: application/json\r\nContent-Length: 3\r\n\r\n{"
 NO_HTTP = [
@@ -264,6 +267,23 @@ NO_HTTP = [
     b"GET / HTTP/1.1\r\nHost: HOST\r\nHost: evil.example\r\n\r\n",
     b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nContent-Length: -1\r\n\r\n",
 ]  # fmt: skip
+
+
+async def test_no_more_boxes_with_a_camera_are_open_at_once_than_there_may_be_and_all_are_played(tmp_path, monkeypatch):
+    begin, close, open_ = PausedTrial.begin, PausedTrial.close, set()
+    monkeypatch.setattr(server_state, "_MOST_WITH_CAMERA", 2)
+    monkeypatch.setattr(PlantSource, "has_camera", True)
+    monkeypatch.setattr(PausedTrial, "begin", lambda trial, *steps: open_.add(trial) or begin(trial, *steps))
+    monkeypatch.setattr(PausedTrial, "close", lambda trial: open_.discard(trial) or close(trial))
+    study = people_study(p=(0.0,), trials=3, max_steps=3)
+    async with served(tmp_path, study, experiment(questions=())) as place, AsyncExitStack() as stack:
+        visitors = [await stack.enter_async_context(visiting(place)) for _ in range(3)]
+        for visitor in (*visitors, *visitors):  # a box that was closed is replayed to where its person is
+            await visitor.do() if visitor.seen else await visitor.to_the_box(2)
+            assert len(open_) <= 2
+        for visitor in visitors:
+            await visitor.play()
+    assert len(load(tmp_path)) == 3
 
 
 async def test_paths_lead_nowhere_else_and_what_is_no_http_is_refused(tmp_path, monkeypatch, caplog):
