@@ -10,8 +10,8 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe import run_trial
 from lockprobe.boxes import boxfile
 from lockprobe.boxes.families import box
-from lockprobe.report.explorer import explorer_data
 from lockprobe.report.page import write_report
+from lockprobe.report.questions.trials import explorer_data
 from lockprobe.report.rows import Design, Results
 
 ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"document.title='owned'\">\u202e<!--"
