@@ -37,10 +37,8 @@ class Photographer:
         if self.step in self.wrong:
             shown[percept.joint] ^= True
         self.step += 1
-        positions = (*shown.values(), False)
-        return replace(
-            percept, outcome=None, positions=None, text="", pictures=(coloured(positions, 3),), handles=HANDLES[:4]
-        )
+        pictures = (coloured((*shown.values(), False), 3),)
+        return replace(percept, outcome=None, positions=None, text="", pictures=pictures, handles=HANDLES[:4])
 
 
 def played(agent, channels, trial=1):

@@ -67,10 +67,6 @@ def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_
 ):
     plain, commits = Database.transaction, []
 
-    def noted(store, *, sync=False):
-        commits.append(sync)
-        return plain(store, sync=sync)
-
     async def lane(calls, step):
         for attempt in range(2):
             await calls.of(PLAN).reserve(about(replace(replied(step), key=f"{step}"), unanswered=attempt))
@@ -83,9 +79,9 @@ def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_
         return await asyncio.gather(*lanes, return_exceptions=True)
 
     with call_log(tmp_path) as calls:
-        monkeypatch.setattr(Database, "transaction", noted)
+        monkeypatch.setattr(Database, "transaction", lambda store, **how: commits.append(how) or plain(store, **how))
         (cancelled, *ended) = asyncio.run(all_of_them(calls))
-    assert (type(cancelled), ended, commits) == (asyncio.CancelledError, [None] * 7, [True, True])
+    assert (type(cancelled), ended, commits) == (asyncio.CancelledError, [None] * 7, [{"sync": True}] * 2)
     assert [(call.step, call.unanswered) for call in read_calls(tmp_path)] == [(1, 0), *((n, 1) for n in range(2, 9))]
 
 

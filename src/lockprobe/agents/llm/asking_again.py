@@ -55,8 +55,7 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
             return replace(verdict, replies=tuple(replies), usage=usage, served=answer.served)
         if isinstance(verdict, RefusalFault):
             raise RefusalFault(str(verdict), tuple(replies), asdict(usage))
-        empty = not without_marks(text).strip()
-        cause, final = _cause(answer, model, empty=empty)
+        cause, final = _cause(answer, model)
         cut_off += answer.stop == CUT_OFF
         if final or len(replies) > model.settings.repairs or cut_off == 2:  # one that had begun can be shorter
             why = f"no usable reply in {count(len(replies), 'turn')}: {verdict}{cause}"
@@ -75,9 +74,10 @@ def request_fingerprint(model: Model, messages: Sequence[Message], schema: dict[
     return hashlib.sha256(json.dumps(form, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def _cause(answer: Call, model: Model, *, empty: bool) -> tuple[str, bool]:
+def _cause(answer: Call, model: Model) -> tuple[str, bool]:
     """The cause of an unusable reply: the form, tokens with those of reasoning, the limit; and whether it stays."""
     text, written, reasoned = answer.reply or "", answer.usage.output_tokens, answer.usage.reasoning_tokens
+    empty = not without_marks(text).strip()
     if answer.stop == IN_REASONING:
         return " (the object stands in the reasoning and not in the reply: schema=none asks for it in words)", True
     hidden = f", {reasoned or 'some'} of them of reasoning" if reasoned or answer.reasoned else ""

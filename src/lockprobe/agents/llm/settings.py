@@ -17,14 +17,9 @@ from lockprobe.foundation.spec import Spec, with_options
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Fact
 
-MOST_PLAIN = 1000
-"""The default limit of a reply in tokens for models without reasoning; typical replies have 20 to 100."""
-
-MOST_REASONED = 25_000
-"""The default limit for models that reason: the least that OpenAI's guide to reasoning models recommends."""
-
-MOST_UNKNOWN = 32_000
-"""The limit where a provider needs one and nothing is known of the model's."""
+MOST_PLAIN, MOST_REASONED, MOST_UNKNOWN = 1000, 25_000, 32_000
+"""The default limits of a reply in tokens: without reasoning, where typical replies have 20 to 100; with it, the least
+that OpenAI's guide to reasoning models recommends; and where a provider needs one and nothing is known of the model."""
 
 _LEFT = "provider default"
 """What the record says of a parameter that is not sent."""
@@ -32,17 +27,10 @@ _LEFT = "provider default"
 _ON_RECORD = ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")
 """The options of which the record says what was sent."""
 
-PER_MESSAGE = 20
-"""The most tokens around a message: its role, and marks of beginning and end."""
-
-FORM = 500
-"""The most tokens that a provider can add for the form of the reply; ours has 84 tokens."""
-
-MOST_PER_PICTURE = 3000
-"""The most tokens that a picture of up to 1024 by 1024 pixels takes, where nothing is known of the model."""
-
-MOST_OUTPUT = 32_768
-"""The assumed limit of a reply in tokens where no limit is known or sent."""
+PER_MESSAGE, FORM, MOST_PER_PICTURE, MOST_OUTPUT = 20, 500, 3000, 32_768
+"""The most tokens that a call can take, where nothing else is known: around a message, for its role and marks of
+beginning and end; for the form of the reply, of which ours has 84; for a picture of up to 1024 by 1024 pixels; and for
+a reply without a limit."""
 
 
 def _within(least: float, most: float, usual: float | None = None) -> Any:
