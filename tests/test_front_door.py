@@ -38,7 +38,7 @@ def test_the_door_is_quick():
 MISTAKES = [
     (lambda: lockprobe.run_trial(agent="mcp:x"), "agent: got 'mcp:x', expected one that is called: people join"),
     (lambda: lockprobe.run_trial(agent="random?x=1"), "no option of random is called 'x'; there are: none"),
-    (lambda: lockprobe.study(3), "study: got 3, expected options, the path of a TOML file, or one of flips, "),
+    (lambda: lockprobe.study(3), "no study is called '3'; there are: flips, "),
     (lambda: lockprobe.study(Path("none.toml")), "none.toml: cannot be read"),
     (lambda: lockprobe.run_study("flips", "d"), "study: got 'flips', expected a study, as lockprobe.study makes"),
     (lambda: lockprobe.tidy(None), "trials: got None, expected a trial or several"),
