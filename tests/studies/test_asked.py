@@ -75,7 +75,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("flips", {"agent": "a\x1b=random"}, r"name of an agent: got 'a\x1b', expected at most 200 visible characters"),
         ("flips", {"agent": f"human-inspired?lapse=0.{'1' * 200}"}, "name of an agent: got 'human-inspired?lapse"),
         ("flips", {"condition": "truth=nudge"}, "condition: got ['truth', 'truth'], expected at least one, and every one once"),
-        ("flips", {"condition": "nudge + rgb", "plant": "fast-twin"}, "modality: got 'rgb', expected words for random, which"),
+        ("flips", {"condition": "nudge + rgb", "plant": "fast-twin"}, "modality: got 'rgb', expected symbolic for random, which"),
         ("flips", {"sweep": "drop?p=0,1e-300"}, "a dose of drop?p=1e-300: got {'drop.p': 1e-300}, expected 0, or a"),
         ("flips", {"contrasts": {"a": {"of": "lie", "minus": "truth"}}}, "no condition of the contrast a is called 'lie'"),
         ("flips", {"flip": "afresh"}, "flip: got 'afresh', expected 'transient', 'sticky', 'outcome-only'"),
@@ -95,7 +95,7 @@ PICTURED = {"modality": ["rgb"], "plant": "fast-twin"}
         ("looks", {"modality": ["rgb", "rgbd"]}, "modality: got ['rgb', 'rgbd'], expected one, which all conditions"),
         ("looks", {"plant": "fast-twin?discs=no"}, "plant: got 'fast-twin?discs=no', expected one without clutter"),
         ("looks", {"sweep": "plant.pose_error=0,1"}, "--sweep cannot be combined with looks: it has its own conditions"),
-        ("looks", {"agent": "human-inspired"}, "modality: got 'rgb', expected symbolic too for human-inspired, which"),
+        ("looks", {"agent": "human-inspired"}, "modality: got 'rgb', expected symbolic for human-inspired, which"),
     ],
 )  # fmt: skip
 def test_what_has_no_meaning_is_one_line(name, asked, said):

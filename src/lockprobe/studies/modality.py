@@ -104,9 +104,7 @@ def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
     return modalities if in_words == modalities or resolve(agent).sees else in_words
 
 
-def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:
-    """Refuse pictures for an agent that reads reports; ``instead`` is the modality that it plays."""
-    looks = "viewer, viewer:STRATEGY, and models that take pictures do"
-    raise BadValue(
-        "modality", modality, f"{instead} for {agent}, which reads reports and looks at no pictures; {looks}"
-    )
+def refuse_blind(agent: str, modality: str) -> NoReturn:
+    """Refuse pictures for an agent that reads reports."""
+    expected = f"symbolic for {agent}, which reads reports and looks at no pictures"
+    raise BadValue("modality", modality, f"{expected}; viewer, viewer:STRATEGY, and models that take pictures do")

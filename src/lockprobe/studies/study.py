@@ -341,7 +341,7 @@ class Study:
         """Refuse agents that would have nothing to play."""
         for agent in self.agents:
             if not self.modalities_of(agent):
-                refuse_blind(agent, ", ".join(self.modalities), "symbolic too")
+                refuse_blind(agent, ", ".join(self.modalities))
 
     def modalities_of(self, agent: str) -> tuple[str, ...]:
         """Those of its modalities that an agent plays."""

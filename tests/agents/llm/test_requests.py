@@ -173,7 +173,7 @@ def test_how_a_provider_is_reached_has_limits(option, least, most):
 def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():
     assert "fast-twin" in known_plants()
     pictured = StudyOptions(study="modalities", plant="fast-twin", modality=["rgb"], agent=["llm:openai/o3-mini"])
-    with pytest.raises(BadValue, match="symbolic too for llm:openai/o3-mini, which reads reports and looks at no pict"):
+    with pytest.raises(BadValue, match="symbolic for llm:openai/o3-mini, which reads reports and looks at no pict"):
         study(pictured)
     for looks in ("llm:openai/gpt-4o", "llm:ollama/llava"):
         assert study(pictured.model_copy(update={"agent": [looks]})).modalities == ("rgb",)

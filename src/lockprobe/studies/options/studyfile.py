@@ -109,7 +109,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     played = {one.label for agent in planned.agents for one in planned.conditions_of(agent)}
     for one in planned.conditions if request.condition is not None or request.sweep is not None else ():
         if one.label not in played and one.specs and is_pictured(one.modality):
-            refuse_blind(planned.agents[0], one.modality, "words")
+            refuse_blind(planned.agents[0], one.modality)
     for box in planned.boxes:
         try:
             fault = fault_of(box_from_data(data_of(box)))

@@ -14,7 +14,6 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import guarded
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.studies.records.store import keep_picture
 from lockprobe.studies.running.trial_setup import play_timed
@@ -79,8 +78,8 @@ def run_trial(
     spec = player if isinstance(player, str) else type(player).__name__
     study = trial_study(spec, **given)
     plan = study.plan(spec, study.conditions[0], study.repetitions, study.trials)
-    if isinstance(player, str) and not taken_in(player, (plan.modality,)):
-        refuse_blind(player, plan.modality, "symbolic")
+    if isinstance(player, str):
+        study.check_agents()
     resolve_plant(plan.plant).check(plan.box)
     keep = None if pictures is None else partial(keep_picture, Path(pictures))
 
