@@ -26,9 +26,7 @@ _NAME = "The agent's name in the records: mcp:NAME. Use a different name for eac
 _OUT = options.with_brackets(
     options.OUT, "~/.local/share/lockprobe/STUDY-HASH; never in the working directory, where the agent could read"
 )
-_EACH = options.with_brackets(
-    "Trials of each client.", "any number; else at most N each time that this command is started"
-)
+_EACH = "Trials of each client (any number; else at most N each time that this command is started)."
 
 
 @with_study_options(without=("agent", "boxes"))
