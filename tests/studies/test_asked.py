@@ -108,13 +108,14 @@ def test_what_has_no_meaning_is_one_line(name, asked, said):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("trails = 2", "trails: no such key; keys are study, agent"),
-        ('p = {a = "all"}', "p.0: expected a number"),
+        ("trails = 2", "no option is called 'trails' (did you mean 'trials'?)"),
+        ('p = {a = "all"}', "p: got {'a': 'all'}, expected a number"),
         ("p = [", "not TOML"),
         ("# all of it is still to come\n", "says nothing to play: a study file has at least a line such as study"),
         ('name = "mine"', "says nothing to play"),
-        ('flip = "often"', "flip.0: expected 'transient', 'sticky', 'outcome-only'"),
-        ("[box]\nname = 'mine'\n", "box.0."),
+        ('flip = "often"', "flip: got 'often', expected 'transient', 'sticky', 'outcome-only'"),
+        ("[box]\nname = 'mine'\n", "box: got {'name': 'mine'}, expected a text"),
+        ('[[condition]]\nsepc = "nudge"\n', "condition.0.spec: is missing"),
         *((f'{key} = "python:os:getcwd"', f"{key}: python:os:getcwd would run code; name it on the command line")
           for key in ("agent", "condition", "sweep", "plant", "box")),
     ],

@@ -25,7 +25,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, 
 
 from lockprobe.agents.local import portable
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 from lockprobe.foundation.inputs import PRESETS, read_toml
 from lockprobe.foundation.plugins import plugin_name_of
 from lockprobe.foundation.spec import named_spec, spec_kind, split_specs
@@ -239,27 +239,26 @@ def read_options(asked: StudyOptions | str | Path, given: Mapping[str, Any]) -> 
     return said
 
 
-def refused(error: ValidationError, given: Mapping[str, Any]) -> UnknownName | BadValue:
+def refused(error: ValidationError, given: Mapping[str, Any]) -> UserMistake:
     """The first of the options that are none, or have a value that they cannot have, in one line."""
     first = error.errors()[0]
-    where, expected = str(first["loc"][0]), plain(first["msg"]).removeprefix("expected ")
-    if first["type"] == "extra_forbidden":
+    where, said, got = str(first["loc"][0]), plain(first["msg"]), given.get(str(first["loc"][0]))
+    if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
         return UnknownName("option", where, StudyOptions.model_fields)
-    got = given.get(where)
-    return BadValue(where, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", expected)
+    if not said.startswith("expected "):  # of a part of it
+        return UserMistake(f"{'.'.join(map(str, first['loc']))}: {said}")
+    return BadValue(where, got if len(str(got)) <= 1000 else f"{str(got)[:40]}…", said.removeprefix("expected "))
 
 
 def read_file(path: Path) -> StudyOptions:
     """The options in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name."""
     if str(path) in SHIPPED and not path.exists():
         path = PRESETS / path.name
+    content = read_toml(path)
     try:
-        options = StudyOptions.model_validate(read_toml(path))
+        options = StudyOptions.model_validate(content)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        known = f"; keys are {', '.join(StudyOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
-        raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
+        raise BadFile(path, str(refused(error, content))) from None
     if not options.model_fields_set - {"name"}:
         raise BadFile(path, 'says nothing to play: a study file has at least a line such as study = "flips"')
     return options
