@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from lockprobe.agents.viewer import Viewer
 from lockprobe.boxes.families import box
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
-from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.catalogue import plant_of
 from lockprobe.trial.loop import play
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision, Percept, Situation, Trial
@@ -50,12 +51,8 @@ def watched(plant: str, trial: int) -> tuple[Trial, Plan, list[Percept]]:
         seed=1,
         plant=plant,
     )
-    made = resolve_plant(plant).make(plan.box, plan.names.labels, plan.luck.physics())
-    watcher = Watcher()
-    try:
-        played = asyncio.run(play(plan, plant=made, interventions=[CameraChannel(depth=True)], agent=watcher))
-    finally:
-        made.close()
+    watcher, channels = Watcher(), [CameraChannel(depth=True)]
+    played = asyncio.run(play(plan, plant=partial(plant_of, plan), interventions=channels, agent=watcher))
     return played, plan, watcher.shown
 
 

@@ -43,7 +43,7 @@ def played(agent, spec, seed, kind=Board):
         study="s", agent="random", box=box(), condition=read_condition(spec), repetition=1, trial=1, seed=seed, budget=8
     )
     channels = interventions_for(plan.condition)
-    return asyncio.run(play(plan, plant=kind(plan.box), interventions=channels, agent=resolve(agent).make()))
+    return asyncio.run(play(plan, plant=lambda: kind(plan.box), interventions=channels, agent=resolve(agent).make()))
 
 
 def lived(trial):

@@ -44,7 +44,7 @@ class Photographer:
 def played(agent, channels, trial=1):
     shown = flips((0,), modalities=("rgb",))[0]
     plan = Plan(study="s", agent="", box=box(), condition=shown, repetition=1, trial=trial, seed=1, budget=5)
-    return asyncio.run(play(plan, plant=SymbolicPlant(plan.box), interventions=channels, agent=agent))
+    return asyncio.run(play(plan, plant=lambda: SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
 def test_seeing_well_it_plays_as_its_strategy_does_that_is_told():

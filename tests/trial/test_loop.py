@@ -44,7 +44,7 @@ def joint(i):
 
 
 def played(agent, plan=PLAN, channels=(), plant=None):
-    return asyncio.run(play(plan, plant=plant or SymbolicPlant(plan.box), interventions=channels, agent=agent))
+    return asyncio.run(play(plan, plant=lambda: plant or SymbolicPlant(plan.box), interventions=channels, agent=agent))
 
 
 SHOWN = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0])
@@ -76,7 +76,7 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera(channel):
     trial = asyncio.run(
         play(
             SHOWN,
-            plant=plant,
+            plant=lambda: plant,
             interventions=(channel,),
             agent=agent,
             on_step=told.append,

@@ -26,8 +26,9 @@ def test_names_agree_with_each_other_and_handles_have_the_order_of_the_listing()
     assert task.joints == names.listing == tuple(names.labels[i] for i in names.order)
     assert task.target == names.labels[PLAN.box.target_index]
     assert task.places == tuple(PLAN.box.joints[i].place for i in names.order)
-    percept = names.percept(PhotographedPlant(PLAN.box).attempt(2))
-    assert [int(x) for x in percept.look().handles[:, 0, 0]] == list(names.order)
+    attempted = PhotographedPlant(PLAN.box).attempt(2)
+    percept = names.percept(attempted)
+    assert [int(x) for x in names.picture(attempted).handles[:, 0, 0]] == list(names.order)
     assert percept.joint == names.labels[2]
     assert names.percept(PhotographedPlant(PLAN.box).observe()).joint is None
 

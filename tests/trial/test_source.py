@@ -59,7 +59,7 @@ def played(condition, plant=None, agent=None, **more):
     )  # fmt: skip
     agent = agent or resolve("human-inspired").make()
     interventions = interventions_for(plan.condition)
-    return asyncio.run(play(plan, plant=plant or Sensing(), interventions=interventions, agent=agent))
+    return asyncio.run(play(plan, plant=lambda: plant or Sensing(), interventions=interventions, agent=agent))
 
 
 def done(condition, joints, **plant):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,15 +79,14 @@ class Names:
         )
 
     def percept(self, snapshot: Snapshot) -> Percept:
-        """The truth in the agent's terms."""
+        """The truth in the agent's terms, without a way to look."""
         return _UNSEEN.but(
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
             positions=tuple(map(snapshot.configuration.__getitem__, self.order)),
-            look=None if snapshot.look is None else partial(self._seen, snapshot),
         )
 
-    def _seen(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
+    def picture(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
         """The current picture, or one of told positions; handles in the order of the listing."""
         told = snapshot.configuration if positions is None else self.configuration(positions)
         if told == snapshot.configuration:

@@ -9,11 +9,11 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
-from dataclasses import dataclass, field, replace
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
+from itertools import chain
 from traceback import walk_tb
-from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
 from lockprobe.boxes.box import bits
@@ -26,15 +26,15 @@ from lockprobe.foundation.errors import (
     TrialFault,
     kind_and_words,
 )
+from lockprobe.foundation.plugins import guarded
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.trial.labels import Names
-from lockprobe.trial.luck import Luck
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.places import Placed, Places
-from lockprobe.trial.plan import Fork, Plan
+from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Intervention, Plant
 from lockprobe.trial.record import (
     Briefing,
@@ -49,8 +49,9 @@ from lockprobe.trial.record import (
     TrialError,
     Turn,
     facts_of,
+    made,
 )
-from lockprobe.trial.source import SourceKind, said, source_of, with_reading
+from lockprobe.trial.source import said, source_of, with_reading
 from lockprobe.trial.trial_json import usable
 
 _T = TypeVar("_T")
@@ -76,42 +77,30 @@ async def here(work: Callable[[], _T], /) -> _T:
 
 
 _PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
-"""What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
+"""What is nobody's fault. An agent's sys.exit() does not pass: it ends its trial, not the study."""
 
 
-class Boundary(AbstractContextManager[None]):
-    """Turns any error inside into one kind of fault. Lockprobe's own errors pass unchanged.
+def _fault_of(error: BaseException, part: type[TrialFault] | None) -> TrialFault | None:
+    """The fault that an error is in a part of the trial; None if it has to pass, as all do outside of these parts.
 
-    ``part`` is what the message calls code that somebody wrote for this part; its file and line are named then.
+    Of code that somebody wrote for an agent the message names file and line.
     """
-
-    __slots__ = ("_fault", "_part")
-
-    def __init__(self, fault: type[TrialFault], part: str = "") -> None:
-        self._fault, self._part = fault, part
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is None or isinstance(error, _PASSING):
-            return
-        if isinstance(error, asyncio.CancelledError):  # one that only says so, as after a timeout inside, is an error
-            with suppress(RuntimeError):  # nothing here can be cancelled
-                if (task := asyncio.current_task()) is not None and task.cancelling() > 0:
-                    return
-        line = own_line(walk_tb(trace)) if self._part else ""
-        where = f"in {self._part} ({line}): " if line else ""
-        raise self._fault(f"{where}{kind_and_words(error)}") from error
-
-
-AGENT = Boundary(ModelFault, "the agent")
-INTERVENTIONS, PLANT = Boundary(ChannelFault), Boundary(PlantFault)
+    if isinstance(error, TrialFault):
+        return error
+    if part is None or isinstance(error, _PASSING):
+        return None
+    if isinstance(error, asyncio.CancelledError):  # one that only says so, as after a timeout inside, is an error
+        with suppress(RuntimeError):  # nothing here can be cancelled
+            if (task := asyncio.current_task()) is not None and task.cancelling() > 0:
+                return None
+    line = own_line(walk_tb(error.__traceback__)) if part is ModelFault else ""
+    return part(f"{f'in the agent ({line}): ' if line else ''}{kind_and_words(error)}")
 
 
 async def play(
     plan: Plan,
     *,
-    plant: Plant,
+    plant: Callable[[], Plant],
     interventions: Sequence[Intervention] | Places,
     agent: Agent,
     on_step: Callable[[Step], None] | None = None,
@@ -126,7 +115,7 @@ async def play(
 
     Args:
         plan: The trial to play.
-        plant: A fresh plant that holds ``plan.box``.
+        plant: Makes a fresh plant that holds ``plan.box``, which is closed at the end.
         interventions: In the order in which they act, or their places, which all trials of a condition have alike.
         agent: The agent that decides.
         on_step: Called after every step.
@@ -135,39 +124,42 @@ async def play(
     """
     places = interventions if isinstance(interventions, Places) else Places(interventions)
     loop = _Loop(plan, plant, places, agent, keep, place)
-    ending: Ending = "budget"
+    ending: Ending = "error"
     fault: TrialFault | None = None
+    facts, of_plant = dict[str, Fact](), dict[str, Fact]()
     try:
-        await loop.look()
-        for _ in range(plan.budget):
-            step = await loop.step()
-            if on_step is not None:
-                on_step(step)
-            if step.moved and step.joint == plan.box.target:
-                ending = "solved"
-                break
-    except TrialFault as broke:
-        ending, fault = "error", broke
-    facts, made = dict[str, Fact](), dict[str, Fact]()
-    try:
-        with AGENT:
+        try:
+            ending = await loop.run(on_step)
+        except BaseException as error:
+            if (fault := _fault_of(error, loop.part)) is None:
+                raise
+        try:
+            loop.part = ModelFault
             facts = facts_of(agent.facts)
-        with PLANT:
-            made = facts_of({"plant": plan.plant, **plant.facts}) if plant.facts else {}
-    except TrialFault as broke:
-        ending, fault = "error", fault or broke
+            loop.part = PlantFault
+            if loop.plant is not None and (said := loop.plant.facts):
+                of_plant = facts_of({"plant": plan.plant, **said})
+        except BaseException as error:
+            if (broke := _fault_of(error, loop.part)) is None:
+                raise
+            ending, fault = "error", fault or broke
+    finally:
+        if loop.plant is not None:
+            with guarded("plant", plan.plant):
+                await place(loop.plant.close)  # after all that it still does there, if the run is being ended
+    changed = Counter(chain.from_iterable(loop.changed[: len(loop.steps)]))
     return _record(
         plan,
         ending,
         fault,
         tuple(loop.steps),
         facts=facts,
-        plant=made,
+        plant=of_plant,
         channels=places.channel_facts,
         interventions=places.other_facts,
         **loop.opening,
-        changed={spec: loop.changed[number] for number, spec in enumerate(places.specs) if spec},
-        changed_steps=loop.changed[_TOGETHER],
+        changed={spec: changed[number] for number, spec in enumerate(places.specs) if spec},
+        changed_steps=changed[_TOGETHER],
     )
 
 
@@ -213,7 +205,6 @@ def _record(plan: Plan, ending: Ending, fault: TrialFault | None, steps: tuple[S
     )
 
 
-@dataclass
 class _Loop:
     """The state of one trial while it runs.
 
@@ -221,101 +212,105 @@ class _Loop:
     decision it precedes less one.
 
     Attributes:
+        plant: The plant; None before the first look.
+        part: The fault that an error is now, by whose code works; None while only Lockprobe's own does.
         opening: What the record has of the first look.
         turns: What the agent was told and decided so far, but for the report that it has not answered.
         state: The true configuration.
         shown: The last positions told or pictured.
         said: What the source of reports said last.
         on_record: Whether all is as on the record that is forked, up to now.
-        changing: The numbers of the interventions that change the step that is being made. A report counts for the step
-            whose decision it precedes: no agent reads the last.
-        changed: How many steps each of them changed.
+        changed: For each step the numbers of the interventions that changed it, and those of the one that is being
+            made. A report counts for the step whose decision it precedes: no agent reads the last.
     """
 
-    plan: Plan
-    plant: Plant
-    places: Places
-    agent: Agent
-    keep: Callable[[Picture], None] | None
-    at: Executor
-    steps: list[Step] = field(default_factory=list)
-    opening: Mapping[str, Any] = field(default_factory=lambda: {"opening": ""})
-    turns: tuple[Turn, ...] = ()
-    moments: tuple[Moment, ...] = ()
-    state: str = ""
-    shown: tuple[bool, ...] | None = None
-    said: Snapshot | None = None
-    on_record: bool = True
-    changing: set[int] = field(default_factory=set)
-    changed: Counter[int] = field(default_factory=Counter)
-    names: Names = field(init=False)
-    luck: Luck = field(init=False)
-    source: SourceKind | None = field(init=False)
-    unsaid: Briefing = field(init=False)
+    def __init__(
+        self,
+        plan: Plan,
+        make: Callable[[], Plant],
+        places: Places,
+        agent: Agent,
+        keep: Callable[[Picture], None] | None,
+        at: Executor,
+    ) -> None:
+        self.plan, self.make, self.places, self.agent, self.keep, self.at = plan, make, places, agent, keep, at
+        self.names, self.luck, self.fork, self.source = plan.names, plan.luck, plan.fork, source_of(plan.modality)
+        self.patient = not type(agent).__module__.startswith("lockprobe.")  # which have limits of their own
+        self.unsaid = Briefing(hypothesis=plan.hypothesis)
+        self.plant: Plant | None = None
+        self.part: type[TrialFault] | None = None
+        self.opening: Mapping[str, Any] = {"opening": ""}
+        self.steps, self.turns, self.moments = list[Step](), tuple[Turn, ...](), tuple[Moment, ...]()
+        self.state, self.on_record = "", True
+        self.shown: tuple[bool, ...] | None = None
+        self.said: Snapshot | None = None
+        self.changed = [set[int]()]
 
-    def __post_init__(self) -> None:
-        self.names, self.luck, self.source = self.plan.names, self.plan.luck, source_of(self.plan.modality)
-        self.unsaid = Briefing(hypothesis=self.plan.hypothesis)
-
-    async def look(self) -> None:
-        """Look at the box for the first time."""
-        with PLANT:
-            snapshot, self.state, first = await self.at(self._happened)
-            sensed = facts_of(snapshot.sensed)
-        self.moments, self.shown, told = (first,), first.shown, first.told
+    async def run(self, on_step: Callable[[Step], None] | None) -> Ending:
+        """Look at the box for the first time, and play step by step; how the trial ends."""
+        snapshot, self.state, moment = await self.at(self._happened)
+        sensed, self.part = facts_of(snapshot.sensed), None
+        self.moments, self.shown, told = (moment,), moment.shown, moment.told
         self.opening = {"opening": told.text, "opening_pictures": self._kept(told), "opening_sensed": sensed}
+        for _ in range(self.plan.budget):
+            step = await self.step()
+            if on_step is not None:
+                on_step(step)
+            if step.moved and step.joint == self.plan.box.target:
+                return "solved"
+        return "budget"
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
         past, number, acting, task = self.moments, len(self.moments), self.places.at, self.names.task
-        labels, joints, fork = self.names.labels, self.plan.box.joints, self.plan.fork
+        labels, joints, fork = self.names.labels, self.plan.box.joints, self.fork
         turns, briefing, report = self.turns, self.unsaid, past[-1].told
         if acting["remembered"] or acting["asked"]:  # their luck is that of the report
-            with INTERVENTIONS:
-                turns = self._passed(acting["remembered"], turns, number - 1)
-                if not isinstance(turns, tuple):
-                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-                briefing = self._passed(acting["asked"], briefing, number - 1)
-                briefing.remark.encode()  # breaks if it cannot be written
+            self.part = ChannelFault
+            turns = self._passed(acting["remembered"], turns, number - 1)
+            if not isinstance(turns, tuple):
+                raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+            briefing = self._passed(acting["asked"], briefing, number - 1)
+            briefing.remark.encode()  # breaks if it cannot be written
         recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
-        with AGENT:  # of a fork nothing is asked that is on record, but an agent that draws from its stream
-            if recorded is not None and getattr(self.agent, "unseeded", False):
-                decision = recorded.decision
-            else:
-                situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
-                answer = self.agent.decide(situation, self.luck.at("agent", number))
-                if not type(self.agent).__module__.startswith("lockprobe."):
-                    answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
-                decision = await answer
+        self.part = ModelFault
+        if recorded is not None and getattr(self.agent, "unseeded", False):
+            decision = recorded.decision  # nothing is asked that is on record, but an agent that draws from its stream
+        else:
+            situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
+            answer = self.agent.decide(situation, self.luck.at("agent", number))
+            if self.patient:
+                answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
+            decision = await answer
         decision = usable(decision, task)
         label = decision.joint
         if acting["done"]:
-            with INTERVENTIONS:
-                label = self._passed(acting["done"], label, number)
-                if label not in task.joints:
-                    raise ChannelFault(f"{label!r} is not a joint")
-        joint, changing, self.changing = labels.index(label), self.changing, set()
-        with PLANT:
-            snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
-            sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
-        moved = snapshot.outcome == "moved"
+            self.part = ChannelFault
+            label = self._passed(acting["done"], label, number)
+            if label not in task.joints:
+                raise ChannelFault(f"{label!r} is not a joint")
+        joint = labels.index(label)
+        self.changed.append(set())
+        snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
+        sensed, self.part = facts_of(snapshot.sensed) if snapshot.sensed else {}, None
+        moved, told = snapshot.outcome == "moved", moment.told
         told_moved, told_state = self._compared(moment, state, moved=moved)
-        step = Step(
+        step = made(
+            Step,
             step=number,
             state=self.state,
             joint=joints[joint].name,
             moved=moved,
             told_moved=told_moved,
             told_state=told_state,
-            told=moment.told.text,
+            told=told.text,
             decision=decision,
             sensed=sensed,
-            pictures=self._kept(moment.told) if moment.told.pictures else {},
+            pictures=self._kept(told) if told.pictures else {},
             chosen=None if decision.joint == label else joints[labels.index(decision.joint)].name,
             remark=briefing.remark,
         )
         self.steps.append(step)
-        self.changed.update(changing)
         self.turns = (*self.turns, Turn(percept=report, decision=decision, remark=briefing.remark))
         self.moments, self.state = (*past, moment), state
         if fork is not None:
@@ -329,48 +324,48 @@ class _Loop:
     def _happened(
         self, joint: int | None = None, chosen: str | None = None, attempted: str | None = None
     ) -> tuple[Snapshot, str, Moment]:
-        """What an attempt, or the first look, really did, the configuration then, and what is told of it."""
-        snapshot = self.plant.observe() if joint is None else self.plant.attempt(joint)
-        if self.source is not None:
-            snapshot = with_reading(snapshot)
-        if len(state := bits(snapshot.configuration)) != len(self.names.labels):
-            raise PlantFault(f"{len(state)} positions of {len(self.names.labels)} joints")
-        was = percept = self.names.percept(snapshot)
-        fork, step = self.plan.fork, len(self.moments)
-        arm = fork if fork is not None and fork.replaces(step) else None
-        if self.source is not None:  # where an arm of a fork acts, the truth is said
-            self.said = snapshot if arm else said(self.source, snapshot, self.said)
-            was = percept = self.names.percept(self.said).but(look=percept.look)
-        if percept.look is not None:
-            was, percept = percept.but(look=None), percept.but(look=partial(_look, percept.look))
-        with INTERVENTIONS:
-            told, facts = self._told(percept, step, arm)
-        return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
+        """What an attempt, or the first look, really did, the configuration then, and what is told of it.
 
-    def _told(self, percept: Percept, step: int, arm: Fork | None) -> tuple[Percept, Percept | None]:
-        """What the agent gets of the report of a step, and the facts from which words or pictures were made.
-
-        Without a way to look, which is for channels. The facts are None where the report holds them itself. An arm of
-        a fork acts in place of what acts on the facts of its report.
+        A way to look is for channels alone. What puts a report into words or pictures keeps its facts beside it. An arm
+        of a fork acts in place of what acts on the facts of its report.
         """
-        facts, showing, channels = None, self.places.showing, self.places.at["told"]
+        names, source, past, fork, step = self.names, self.source, self.moments, self.fork, len(self.moments)
+        self.part = PlantFault
+        if self.plant is None:
+            self.plant = self.make()
+        snapshot = self.plant.observe() if joint is None else self.plant.attempt(joint)
+        if source is not None:
+            snapshot = with_reading(snapshot)
+        if len(state := bits(snapshot.configuration)) != len(names.labels):
+            raise PlantFault(f"{len(state)} positions of {len(names.labels)} joints")
+        arm = fork if fork is not None and fork.replaces(step) else None
+        if source is None:
+            was = names.percept(snapshot)
+        else:  # where an arm of a fork acts, the truth is said
+            self.said = snapshot if arm else said(source, snapshot, self.said)
+            was = names.percept(self.said)
+        told = was if snapshot.look is None else was.but(look=partial(_look, names, snapshot))
+        facts, showing, channels, joints = None, self.places.showing, self.places.at["told"], names.task.joints
         if arm is not None:
             own = {id(one) for one in arm.acting}
             channels = [one for one in channels if id(one.one) in own]
-        percept = self._passed(channels, percept, step, showing.traits.shown if showing else None)
+        self.part = ChannelFault
+        told = self._passed(channels, told, step, showing.traits.shown if showing else None)
         if showing is not None:
-            facts = percept if percept.look is None else percept.but(look=None)
+            facts = told if told.look is None else told.but(look=None)
             luck = self.luck.at(showing.stream, step) if showing.traits.draws else self.luck.generator
-            percept = showing.act(percept, self.moments, self.names.task, luck)
+            told = showing.act(told, past, names.task, luck)
         if self.places.after:
-            percept = self._passed(self.places.after, percept, step)
-        percept.text.encode()  # breaks if it cannot be written
-        joints, positions = self.names.task.joints, percept.positions
-        if percept.joint is not None and percept.joint not in joints:
-            raise ChannelFault(f"{percept.joint!r} is not a joint")
-        if positions is not None and not (len(positions) == len(joints) and {*positions} <= _TRUTHS):
-            raise ChannelFault(f"positions {positions!r} are not one truth value for each of {len(joints)} joints")
-        return percept if percept.look is None else percept.but(look=None), facts
+            told = self._passed(self.places.after, told, step)
+        told.text.encode()  # breaks if it cannot be written
+        if told.joint is not None and told.joint not in joints:
+            raise ChannelFault(f"{told.joint!r} is not a joint")
+        where = told.positions
+        if where is not None and not (len(where) == len(joints) and {*where} <= _TRUTHS):
+            raise ChannelFault(f"positions {where!r} are not one truth value for each of {len(joints)} joints")
+        self.part = PlantFault
+        told = told if told.look is None else told.but(look=None)
+        return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
     def _passed(
         self, acting: Sequence[Placed], given: _V, drawn: int, shown: Callable[[Any], object] | None = None
@@ -391,7 +386,7 @@ class _Loop:
         gets = shown or (lambda whole: whole)
         end = gets(value)
         if gets(given) != end:
-            self.changing.add(_TOGETHER)
+            self.changed[-1].add(_TOGETHER)
         for at, (placed, before) in enumerate(changers, 1):
             without = before
             try:  # what the agent would have got without it: later ones act again, on the value before it
@@ -401,7 +396,7 @@ class _Loop:
             except Exception:  # noqa: BLE001  one that breaks needs what was changed before it
                 changed = True
             if changed:
-                self.changing.add(placed.number)
+                self.changed[-1].add(placed.number)
         return value
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
@@ -430,7 +425,11 @@ class _Loop:
         return told_moved, bits(self.names.configuration(shown))
 
 
-def _look(look: Callable[..., Frame], positions: tuple[bool, ...] | None = None) -> Frame:
+def _look(names: Names, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
     """Take a picture. A failure is the plant's fault."""
-    with PLANT:
-        return look(positions)
+    try:
+        return names.picture(snapshot, positions)
+    except BaseException as error:
+        if isinstance(error, TrialFault) or (fault := _fault_of(error, PlantFault)) is None:
+            raise
+        raise fault from error

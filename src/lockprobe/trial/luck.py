@@ -13,6 +13,7 @@ its counter of place, step, trial and repetition. :meth:`Luck.at` draws them wit
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -23,6 +24,16 @@ from numpy.typing import ArrayLike, NDArray
 from lockprobe.foundation.seeds import generator
 
 _Words = NDArray[np.uint64]
+
+
+_NOTHING_DRAWN: Mapping[str, object] = {
+    "bit_generator": "Philox",
+    "buffer": (0, 0, 0, 0),
+    "buffer_pos": 4,
+    "has_uint32": 0,
+    "uinteger": 0,
+}
+"""The state of NumPy's Philox where a block of four numbers begins, but for its place."""
 
 
 class _Nowhere(np.random.bit_generator.ISeedSequence):
@@ -51,24 +62,27 @@ class Luck:
         repr=False,
         compare=False,
     )
+    _address: dict[str, Any] = field(
+        default_factory=lambda: {"state": {}, **_NOTHING_DRAWN},
+        init=False,
+        repr=False,
+        compare=False,
+    )
 
     def at(self, stream: str, step: int = 0) -> np.random.Generator:
         """A stream at one step, from 1; what is drawn once a trial is at step 0.
 
         Whatever was drawn before, it begins at its own address. The next call for any stream moves it.
         """
-        key = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
-        address = {"key": key, "counter": (0, step, self.trial, self.repetition)}
-        self.generator.bit_generator.state = {"bit_generator": "Philox", "state": address, **_NOTHING_DRAWN}
+        address, place = self._address, self._address["state"]
+        place["key"] = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
+        place["counter"] = 0, step, self.trial, self.repetition
+        self.generator.bit_generator.state = address
         return self.generator
 
     def physics(self) -> np.random.Generator:
         """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""
         return generator(self.seed, self.box, "rep", self.repetition, "trial", self.trial, "plant")
-
-
-_NOTHING_DRAWN = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uinteger": 0}
-"""The rest of the state of NumPy's Philox where a block of four numbers begins."""
 
 
 @lru_cache(maxsize=4096)

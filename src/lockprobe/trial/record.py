@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from lockprobe.foundation.errors import FINAL, Boundary
 from lockprobe.foundation.spec import PEOPLE, group_of
@@ -20,6 +20,8 @@ from lockprobe.trial.pictures.picture import Picture, PictureKind, PictureName
 
 if TYPE_CHECKING:
     from lockprobe.trial.pictures.frame import Frame
+
+_Made = TypeVar("_Made")
 
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
@@ -54,6 +56,13 @@ def facts_of(said: Mapping[str, object]) -> dict[str, Fact]:
         known = value if plain else str(value).encode(errors="replace").decode()
         facts[str(name).encode(errors="replace").decode()] = known  # type: ignore[assignment]
     return facts
+
+
+def made(kind: type[_Made], **values: Any) -> _Made:
+    """An object of a frozen dataclass with a value for every field, in a third of the time that its class takes."""
+    one = object.__new__(kind)
+    object.__setattr__(one, "__dict__", values)
+    return one
 
 
 def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
@@ -140,7 +149,7 @@ class Percept:
     def but(self, **changes: Any) -> Percept:
         """As ``replace``, in a tenth of the time: for what changes the reports of most studies."""
         one = object.__new__(Percept)
-        one.__dict__.update(self.__dict__, **changes)
+        object.__setattr__(one, "__dict__", self.__dict__ | changes)
         return one
 
 
@@ -258,7 +267,7 @@ def told_outcome(task: Task, percept: Percept, past: Sequence[Turn]) -> Outcome 
     return None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Step:
     """One step, truth and report.
 

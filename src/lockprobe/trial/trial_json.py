@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from reprlib import repr as shortened
 from typing import Any
 
@@ -17,6 +18,10 @@ from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 _trial: TypeAdapter[Trial] = TypeAdapter(Trial)
 _decision: TypeAdapter[Decision] = TypeAdapter(Decision)
+
+_beside = attrgetter("claim_probability", "hypothesis", "replies", "served", "usage", "tidied")
+_NOTHING = _beside(Decision(joint=""))
+"""What a decision says beside the joint and the claim, and what it mostly is."""
 
 _MOST = 1 << 20
 """Different steps that a reader keeps."""
@@ -126,16 +131,15 @@ def usable(decision: Decision, task: Task) -> Decision:
 
     Anyone can write an agent: ``ReplyFault`` if it cannot be executed or recorded.
     """
-    kept = tuple(map(str, getattr(decision, "replies", None) or ()))
     if not isinstance(decision, Decision):  # of an object the type alone, because its words may hold anything
         plain = decision is None or isinstance(decision, str | int | float)
         found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
-        raise ReplyFault(f"decide returned {found}; return Decision(joint=…)", kept)
+        raise ReplyFault(f"decide returned {found}; return Decision(joint=…)")
+    chances, kept = decision.probabilities, decision.replies
+    kept = tuple(map(str, kept)) if kept and isinstance(kept, tuple) else ()
     try:
-        chances, said = decision.probabilities, (decision.hypothesis, decision.replies, decision.served)
         plain = type(chances) is tuple and all(type(one) is float and 0 <= one <= 1 for one in chances)
-        beside = None if plain else chances, decision.claim_probability, *said, decision.usage, decision.tidied
-        if beside != (None, None, "", (), "", None, ()):
+        if not (chances is None or plain) or _beside(decision) != _NOTHING:
             # what is beside the joint and the claim goes to the record and back, which takes longer
             _decision.validate_json(_decision.dump_json(decision, exclude_defaults=True, warnings=False), strict=True)
             decision = replace(

@@ -22,8 +22,8 @@ Pictures are arrays of colours, or ``{"rgb": colours, "depth": metres}``.
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from types import coroutine
 from typing import Any, ClassVar, NamedTuple
 
@@ -44,7 +44,7 @@ from lockprobe.plants.catalogue import plant_of, resolve_plant
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.trial.condition import Condition, place_of, spec_of
-from lockprobe.trial.loop import PLANT, play
+from lockprobe.trial.loop import play
 from lockprobe.trial.pictures.frame import from_png
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Channel, InterventionTraits
@@ -215,12 +215,8 @@ class HeldEpisode:
         self.ending: Ending | None = None
         self.actions: list[int] = []
         self.finished: Trial | None = None
-        self._settings, self._key, self._open, plan = settings, key, ExitStack(), settings.plan(key)
-        with PLANT:
-            plant = plant_of(plan)
-        self._open.callback(plant.close)
-        self._loop = play(plan, plant=plant, interventions=(*settings.chain, self), agent=self)
-        self._open.callback(self._loop.close)
+        self._settings, self._key, plan = settings, key, settings.plan(key)
+        self._loop = play(plan, plant=partial(plant_of, plan), interventions=(*settings.chain, self), agent=self)
         self._send(None)
         for action in actions:
             self.attempt(action)
@@ -261,7 +257,7 @@ class HeldEpisode:
 
     def close(self) -> None:
         """End the loop and close the plant."""
-        self._open.close()
+        self._loop.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy is made of the actions: it plays them again."""

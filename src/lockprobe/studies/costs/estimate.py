@@ -12,6 +12,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from math import ceil
 from typing import TYPE_CHECKING, ClassVar
 
@@ -137,7 +138,7 @@ def request_sizes(plan: Plan, model: Model) -> Array:
     tiles = min(4, ceil(width / 512) * ceil(height / 512))
     agent = _CountingAgent(model, (model.facts.picture_tokens or _PICTURE) * tiles / 4)
     acting = interventions_for(plan.condition)
-    trial = asyncio.run(play(plan, plant=_LockedPlant(plan), interventions=acting, agent=agent))
+    trial = asyncio.run(play(plan, plant=partial(_LockedPlant, plan), interventions=acting, agent=agent))
     if trial.error is not None:
         raise ChannelFault(trial.error.message)
     reasons = model.facts.reasons or model.settings.effort not in (None, "none")

@@ -13,7 +13,6 @@ from hashlib import sha256
 from inspect import getsource
 from typing import TypeVar, cast
 
-from lockprobe.foundation.plugins import guarded
 from lockprobe.foundation.spec import spec_kind
 from lockprobe.plants.catalogue import plant_of
 from lockprobe.studies.costs.call_log import Calls
@@ -23,7 +22,7 @@ from lockprobe.trial.loop import Executor, here, play
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Plan
-from lockprobe.trial.protocols import Agent, Calling, Plant
+from lockprobe.trial.protocols import Agent, Calling
 from lockprobe.trial.record import Fact, Snapshot, Step, Trial
 from lockprobe.trial.source import CAMERA
 
@@ -48,35 +47,26 @@ def plants_place(apart: bool) -> Iterator[Executor]:
         yield there
 
 
-class _LazyPlant:
-    """A plant that is built at its first observation, so that errors in building it break only that trial.
+class _Rereading:
+    """The plant of a recorded trial, with the camera's readings on record: another renderer might give others."""
 
-    It gives the camera's readings of a record, if there is one: another renderer might not give them again.
-    """
-
-    def __init__(self, plan: Plan, recorded: Trial | None) -> None:
-        self._plan, self._recorded = plan, recorded
-        self._sensed = iter([recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else [])
-        self._plant: Plant | None = None
+    def __init__(self, plan: Plan, recorded: Trial) -> None:
+        self._plant, self._recorded = plant_of(plan), recorded
+        self._sensed = iter([recorded.opening_sensed, *(one.sensed for one in recorded.steps)])
+        self.close = self._plant.close
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        facts = {} if self._plant is None else self._plant.facts
-        if self._recorded is not None and CAMERA in self._recorded.opening_sensed and "renderer" in facts:
+        facts = self._plant.facts
+        if CAMERA in self._recorded.opening_sensed and "renderer" in facts:
             return {**facts, "renderer": self._recorded.plant.get("renderer")}
         return facts
 
     def observe(self) -> Snapshot:
-        self._plant = plant_of(self._plan)
         return self._read(self._plant.observe())
 
     def attempt(self, joint: int) -> Snapshot:
-        assert self._plant is not None
         return self._read(self._plant.attempt(joint))
-
-    def close(self) -> None:
-        if self._plant is not None:
-            self._plant.close()
 
     def _read(self, snapshot: Snapshot) -> Snapshot:
         sensed = next(self._sensed, {})
@@ -106,20 +96,15 @@ async def play_timed(
     began, key = time.perf_counter(), plan.key
     if calls is not None and issubclass(type(agent), Calling):  # to ask for the instance takes much longer
         agent = cast(Calling, agent).with_calls(key, calls.of(plan))
-    plant = _LazyPlant(plan, recorded)
-    try:
-        trial = await play(
-            plan,
-            plant=plant,
-            interventions=_places_in(plan.condition),
-            agent=agent,
-            on_step=partial(on_step, key),
-            keep=keep,
-            place=place,
-        )
-    finally:
-        with guarded("plant", plan.plant):
-            await place(plant.close)  # after all that it still does there, if the run is being ended
+    trial = await play(
+        plan,
+        plant=partial(plant_of, plan) if recorded is None else partial(_Rereading, plan, recorded),
+        interventions=_places_in(plan.condition),
+        agent=agent,
+        on_step=partial(on_step, key),
+        keep=keep,
+        place=place,
+    )
     if spec_kind(plan.agent) == "python" and recorded is None:
         trial = replace(trial, facts={**trial.facts, **_source(type(agent))})
     return trial, time.perf_counter() - began
