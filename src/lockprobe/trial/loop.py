@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from itertools import chain
 from traceback import walk_tb
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import (
@@ -28,7 +27,6 @@ from lockprobe.foundation.errors import (
 )
 from lockprobe.foundation.plugins import guarded
 from lockprobe.foundation.redaction import without_keys
-from lockprobe.trial.labels import Names
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.patience import PATIENCE, own_line
 from lockprobe.trial.pictures.frame import Frame
@@ -51,7 +49,7 @@ from lockprobe.trial.record import (
     facts_of,
     made,
 )
-from lockprobe.trial.source import said, source_of, with_reading
+from lockprobe.trial.source import CAMERA, said, source_of, with_reading
 from lockprobe.trial.trial_json import usable
 
 _T = TypeVar("_T")
@@ -63,12 +61,8 @@ _TOGETHER = -1
 _TRUTHS = {False, True}
 
 
-class Executor(Protocol):
-    """Runs the blocking work of plants and channels: here, or in another thread or process."""
-
-    async def __call__(self, work: Callable[[], _T], /) -> _T:
-        """The result of the work, which is run there."""
-        ...
+Executor = Callable[[Callable[[], Any]], Awaitable[Any]]
+"""Runs the blocking work of plants and channels and returns its result: here, or in another thread or process."""
 
 
 async def here(work: Callable[[], _T], /) -> _T:
@@ -106,6 +100,7 @@ async def play(
     on_step: Callable[[Step], None] | None = None,
     keep: Callable[[Picture], None] | None = None,
     place: Executor = here,
+    recorded: Trial | None = None,
 ) -> Trial:
     """Play one trial to its end.
 
@@ -121,9 +116,11 @@ async def play(
         on_step: Called after every step.
         keep: Called with every picture that the record names; without it the pictures are lost.
         place: Runs the work of plant and channels.
+        recorded: A record of the trial, from which the camera's readings are taken, since another renderer might give
+            others.
     """
     places = interventions if isinstance(interventions, Places) else Places(interventions)
-    loop = _Loop(plan, plant, places, agent, keep, place)
+    loop = _Loop(plan, plant, places, agent, keep, place, recorded)
     ending: Ending = "error"
     fault: TrialFault | None = None
     facts, of_plant = dict[str, Fact](), dict[str, Fact]()
@@ -139,6 +136,8 @@ async def play(
             loop.part = PlantFault
             if loop.plant is not None and (said := loop.plant.facts):
                 of_plant = facts_of({"plant": plan.plant, **said})
+                if recorded is not None and CAMERA in recorded.opening_sensed and "renderer" in of_plant:
+                    of_plant["renderer"] = recorded.plant.get("renderer")
         except BaseException as error:
             if (broke := _fault_of(error, loop.part)) is None:
                 raise
@@ -216,6 +215,7 @@ class _Loop:
         part: The fault that an error is now, by whose code works; None while only Lockprobe's own does.
         opening: What the record has of the first look.
         turns: What the agent was told and decided so far, but for the report that it has not answered.
+        sensed: What was sensed on a record of the trial, if its readings are taken.
         state: The true configuration.
         shown: The last positions told or pictured.
         said: What the source of reports said last.
@@ -232,6 +232,7 @@ class _Loop:
         agent: Agent,
         keep: Callable[[Picture], None] | None,
         at: Executor,
+        recorded: Trial | None,
     ) -> None:
         self.plan, self.make, self.places, self.agent, self.keep, self.at = plan, make, places, agent, keep, at
         self.names, self.luck, self.fork, self.source = plan.names, plan.luck, plan.fork, source_of(plan.modality)
@@ -239,6 +240,7 @@ class _Loop:
         self.unsaid = Briefing(hypothesis=plan.hypothesis)
         self.plant: Plant | None = None
         self.part: type[TrialFault] | None = None
+        self.sensed = [recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else []
         self.opening: Mapping[str, Any] = {"opening": ""}
         self.steps, self.turns, self.moments = list[Step](), tuple[Turn, ...](), tuple[Moment, ...]()
         self.state, self.on_record = "", True
@@ -295,7 +297,7 @@ class _Loop:
         sensed, self.part = facts_of(snapshot.sensed) if snapshot.sensed else {}, None
         moved, told = snapshot.outcome == "moved", moment.told
         told_moved, told_state = self._compared(moment, state, moved=moved)
-        step = made(
+        step: Step = made(
             Step,
             step=number,
             state=self.state,
@@ -318,7 +320,7 @@ class _Loop:
             if number < fork.name.at and not self.on_record:
                 raise ModelFault(f"step {number} cannot be replayed from the record without asking the agent again")
             if number == fork.name.at and fork.name.time > 1:  # each continuation but the first has luck of its own
-                self.luck = replace(self.plan.luck, time=fork.name.time)
+                self.luck = self.plan.luck.again(fork.name.time)
         return step
 
     def _happened(
@@ -335,7 +337,7 @@ class _Loop:
             self.plant = self.make()
         snapshot = self.plant.observe() if joint is None else self.plant.attempt(joint)
         if source is not None:
-            snapshot = with_reading(snapshot)
+            snapshot = with_reading(snapshot, self.sensed[step] if step < len(self.sensed) else {})
         if len(state := bits(snapshot.configuration)) != len(names.labels):
             raise PlantFault(f"{len(state)} positions of {len(names.labels)} joints")
         arm = fork if fork is not None and fork.replaces(step) else None
@@ -344,7 +346,7 @@ class _Loop:
         else:  # where an arm of a fork acts, the truth is said
             self.said = snapshot if arm else said(source, snapshot, self.said)
             was = names.percept(self.said)
-        told = was if snapshot.look is None else was.but(look=partial(_look, names, snapshot))
+        told = was if snapshot.look is None else was.but(look=partial(self._look, snapshot))
         facts, showing, channels, joints = None, self.places.showing, self.places.at["told"], names.task.joints
         if arm is not None:
             own = {id(one) for one in arm.acting}
@@ -399,6 +401,13 @@ class _Loop:
                 self.changed[-1].add(placed.number)
         return value
 
+    def _look(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
+        """Take a picture for a channel. A failure is the plant's fault."""
+        self.part = PlantFault
+        frame = self.names.picture(snapshot, positions)
+        self.part = ChannelFault
+        return frame
+
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self.keep is not None:
             for picture in percept.pictures:
@@ -423,13 +432,3 @@ class _Loop:
         if self.source is None and shown == moment.was.positions:
             return told_moved, state if told.positions else None  # a true picture says nothing that the truth does not
         return told_moved, bits(self.names.configuration(shown))
-
-
-def _look(names: Names, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
-    """Take a picture. A failure is the plant's fault."""
-    try:
-        return names.picture(snapshot, positions)
-    except BaseException as error:
-        if isinstance(error, TrialFault) or (fault := _fault_of(error, PlantFault)) is None:
-            raise
-        raise fault from error

@@ -13,8 +13,6 @@ its counter of place, step, trial and repetition. :meth:`Luck.at` draws them wit
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -26,16 +24,6 @@ from lockprobe.foundation.seeds import generator
 _Words = NDArray[np.uint64]
 
 
-_NOTHING_DRAWN: Mapping[str, object] = {
-    "bit_generator": "Philox",
-    "buffer": (0, 0, 0, 0),
-    "buffer_pos": 4,
-    "has_uint32": 0,
-    "uinteger": 0,
-}
-"""The state of NumPy's Philox where a block of four numbers begins, but for its place."""
-
-
 class _Nowhere(np.random.bit_generator.ISeedSequence):
     """Seeds a generator that is put elsewhere before it draws; all else takes longer than three steps of a trial."""
 
@@ -43,7 +31,6 @@ class _Nowhere(np.random.bit_generator.ISeedSequence):
         return np.zeros(n_words, dtype)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Luck:
     """The luck of one trial. Its streams share one generator, which each call of :meth:`at` moves.
 
@@ -51,34 +38,27 @@ class Luck:
     it is. All numbers but the seed are from 1.
     """
 
-    seed: int
-    box: str
-    repetition: int
-    trial: int
-    time: int = 1
-    generator: np.random.Generator = field(
-        default_factory=lambda: np.random.Generator(np.random.Philox(_Nowhere())),  # type: ignore[arg-type]
-        init=False,
-        repr=False,
-        compare=False,
-    )
-    _address: dict[str, Any] = field(
-        default_factory=lambda: {"state": {}, **_NOTHING_DRAWN},
-        init=False,
-        repr=False,
-        compare=False,
-    )
+    def __init__(self, *, seed: int, box: str, repetition: int, trial: int, time: int = 1) -> None:
+        self.seed, self.box, self.repetition, self.trial, self.time = seed, box, repetition, trial, time
+        self.generator = np.random.Generator(np.random.Philox(_Nowhere()))  # type: ignore[arg-type]
+        self._address: dict[str, Any] = {}
+        drawn = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uinteger": 0}  # nothing of a block of four
+        self._state = {"bit_generator": "Philox", "state": self._address, **drawn}
 
     def at(self, stream: str, step: int = 0) -> np.random.Generator:
         """A stream at one step, from 1; what is drawn once a trial is at step 0.
 
         Whatever was drawn before, it begins at its own address. The next call for any stream moves it.
         """
-        address, place = self._address, self._address["state"]
-        place["key"] = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
-        place["counter"] = 0, step, self.trial, self.repetition
-        self.generator.bit_generator.state = address
+        address = self._address
+        address["key"] = _key(self.seed, self.box, stream if self.time == 1 else f"{stream}/luck-{self.time}")
+        address["counter"] = 0, step, self.trial, self.repetition
+        self.generator.bit_generator.state = self._state
         return self.generator
+
+    def again(self, time: int) -> Luck:
+        """The luck of another continuation of a fork."""
+        return Luck(seed=self.seed, box=self.box, repetition=self.repetition, trial=self.trial, time=time)
 
     def physics(self) -> np.random.Generator:
         """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 from lockprobe.foundation.errors import FINAL, Boundary
 from lockprobe.foundation.spec import PEOPLE, group_of
@@ -20,8 +20,6 @@ from lockprobe.trial.pictures.picture import Picture, PictureKind, PictureName
 
 if TYPE_CHECKING:
     from lockprobe.trial.pictures.frame import Frame
-
-_Made = TypeVar("_Made")
 
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
@@ -58,7 +56,7 @@ def facts_of(said: Mapping[str, object]) -> dict[str, Fact]:
     return facts
 
 
-def made(kind: type[_Made], **values: Any) -> _Made:
+def made(kind: type[Any], **values: Any) -> Any:
     """An object of a frozen dataclass with a value for every field, in a third of the time that its class takes."""
     one = object.__new__(kind)
     object.__setattr__(one, "__dict__", values)

@@ -8,7 +8,7 @@ Nothing is drawn from a random stream.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import PlantFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.pictures.picture_reader import clear_positions
-from lockprobe.trial.record import Snapshot, Trial
+from lockprobe.trial.record import Fact, Snapshot, Trial
 
 SourceKind = Literal["truth", "verdict", "camera"]
 """Where reports come from."""
@@ -74,8 +74,10 @@ def source_of(modality: str) -> SourceKind | None:
     return named  # type: ignore[return-value] # checked above
 
 
-def with_reading(snapshot: Snapshot) -> Snapshot:
-    """The snapshot with the camera's reading in ``sensed``; unchanged without a camera, or if it is there already."""
+def with_reading(snapshot: Snapshot, recorded: Mapping[str, Fact]) -> Snapshot:
+    """The snapshot with the camera's reading in ``sensed``, or with the recorded one; unchanged without a camera."""
+    if CAMERA in recorded:
+        return replace(snapshot, sensed={**snapshot.sensed, CAMERA: recorded[CAMERA]})
     if snapshot.look is None or CAMERA in snapshot.sensed:
         return snapshot
     frame = snapshot.look()

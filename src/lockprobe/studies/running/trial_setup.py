@@ -23,8 +23,7 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Calling
-from lockprobe.trial.record import Fact, Snapshot, Step, Trial
-from lockprobe.trial.source import CAMERA
+from lockprobe.trial.record import Fact, Step, Trial
 
 _T = TypeVar("_T")
 
@@ -45,32 +44,6 @@ def plants_place(apart: bool) -> Iterator[Executor]:
             return await asyncio.get_running_loop().run_in_executor(thread, work)
 
         yield there
-
-
-class _Rereading:
-    """The plant of a recorded trial, with the camera's readings on record: another renderer might give others."""
-
-    def __init__(self, plan: Plan, recorded: Trial) -> None:
-        self._plant, self._recorded = plant_of(plan), recorded
-        self._sensed = iter([recorded.opening_sensed, *(one.sensed for one in recorded.steps)])
-        self.close = self._plant.close
-
-    @property
-    def facts(self) -> Mapping[str, Fact]:
-        facts = self._plant.facts
-        if CAMERA in self._recorded.opening_sensed and "renderer" in facts:
-            return {**facts, "renderer": self._recorded.plant.get("renderer")}
-        return facts
-
-    def observe(self) -> Snapshot:
-        return self._read(self._plant.observe())
-
-    def attempt(self, joint: int) -> Snapshot:
-        return self._read(self._plant.attempt(joint))
-
-    def _read(self, snapshot: Snapshot) -> Snapshot:
-        sensed = next(self._sensed, {})
-        return replace(snapshot, sensed={**snapshot.sensed, CAMERA: sensed[CAMERA]}) if CAMERA in sensed else snapshot
 
 
 async def play_timed(
@@ -98,12 +71,13 @@ async def play_timed(
         agent = cast(Calling, agent).with_calls(key, calls.of(plan))
     trial = await play(
         plan,
-        plant=partial(plant_of, plan) if recorded is None else partial(_Rereading, plan, recorded),
+        plant=partial(plant_of, plan),
         interventions=_places_in(plan.condition),
         agent=agent,
         on_step=partial(on_step, key),
         keep=keep,
         place=place,
+        recorded=recorded,
     )
     if spec_kind(plan.agent) == "python" and recorded is None:
         trial = replace(trial, facts={**trial.facts, **_source(type(agent))})
@@ -119,14 +93,9 @@ def _source(kind: type) -> Mapping[str, Fact]:
         return {}
 
 
-_KNOWN: dict[int, tuple[Condition, Places]] = {}
-"""Conditions by their identity, since equal ones may hold other interventions, each with its places."""
-
-
 def _places_in(condition: Condition) -> Places:
-    """The places of all interventions of a condition; worked out at its first trial."""
-    if id(condition) not in _KNOWN:
-        if len(_KNOWN) >= 1024:
-            _KNOWN.clear()
-        _KNOWN[id(condition)] = condition, Places(interventions_for(condition))
-    return _KNOWN[id(condition)][1]
+    """The places of all interventions of a condition, which it keeps: equal ones may hold other interventions."""
+    kept = vars(condition)
+    if (places := kept.get("places")) is None:
+        places = kept["places"] = Places(interventions_for(condition))
+    return cast(Places, places)
