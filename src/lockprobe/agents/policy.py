@@ -217,8 +217,8 @@ class Policy(Generic[Memory]):
             panel = task.places if self.heeds_panel else ()
             view = View(joints=len(task.joints), target=task.joints.index(task.target), places=panel)
             memory, heard = self.begin(view), 0
-        reports = [*[(turn.percept, turn.remark) for turn in past[heard:]], (percept, remark)]
-        for step, (report, said) in enumerate(reports, start=heard):
+        for step in range(heard, len(past) + 1):
+            report, said = (past[step].percept, past[step].remark) if step < len(past) else (percept, remark)
             told = tell(task, report, past[:step], said)
             if told is not None:
                 memory = self.remember(view, memory, told)

@@ -175,9 +175,11 @@ class OutcomeFlip(Checked):
         outcome, positions = percept.outcome, percept.positions
         if positions is not None and percept.joint is not None:
             place = task.joints.index(percept.joint)
-            before = past[-1].reported.positions if past else None
+            before, moved = past[-1].reported.positions if past else None, outcome == "moved"
+            if not (flipped or lasting or (before and before[place] == (positions[place] == moved))):
+                return percept  # nor was its position told falsely before
             now, last = sum(compress(_BITS, positions)), sum(compress(_BITS, before or positions))
-            bit, moved = 1 << place, outcome == "moved"
+            bit = 1 << place
             if before is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
                 last = (last & ~bit) | ((now ^ moved * bit) & bit)
             told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=lasting)
