@@ -26,7 +26,7 @@ def drawn_orders(numbers: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArr
     ``numbers`` are two for each joint from the stream of labels, shape (..., 2 * joints).
     """
     joints = numbers.shape[-1] // 2
-    return np.argsort(numbers[..., :joints]), np.argsort(numbers[..., joints:])
+    return numbers[..., :joints].argsort(), numbers[..., joints:].argsort()
 
 
 @lru_cache(maxsize=64)

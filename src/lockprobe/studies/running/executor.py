@@ -168,7 +168,8 @@ class Turn:
                     self._finish(*await played)
                 except BudgetReached as reached:
                     spent.append(reached)
-                await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
+                if not self._finished:  # they were written
+                    await asyncio.sleep(0)  # here Ctrl-C is heard where trials wait for nothing
 
         try:
             if self._source.engine == "network":  # a changed model is refused before it is called and paid
