@@ -64,7 +64,7 @@ class Within(NamedTuple):
 Share = Annotated[float, Within(0, 1)]
 """A share, or a probability."""
 
-Step = Annotated[int, Within(1)]
+StepNumber = Annotated[int, Within(1)]
 """The number of a step."""
 
 

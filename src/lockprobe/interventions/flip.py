@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, with_options
-from lockprobe.foundation.validation import Checked, Share, Step, check_choice
+from lockprobe.foundation.validation import Checked, Share, StepNumber, check_choice
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
@@ -102,7 +102,7 @@ class OutcomeFlip(Checked):
     keep: Share = 0.0
     part: Part = "both"
     only: Only = "any"
-    at: tuple[Step, ...] = ()
+    at: tuple[StepNumber, ...] = ()
     while_: While = "always"
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from lockprobe.foundation.validation import Checked, Share, Step, Within
+from lockprobe.foundation.validation import Checked, Share, StepNumber, Within
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.trial.record import Moment, Percept, Task
 
@@ -41,7 +41,7 @@ class AtRandomSteps(AtRate):
     """One that hits random steps of its own, unless its ``luck`` is that of the flip."""
 
     luck: Luck = "own"
-    at: tuple[Step, ...] = ()
+    at: tuple[StepNumber, ...] = ()
 
     @property
     def stream(self) -> str:  # type: ignore[override]  # that of the class is the flip's
@@ -124,7 +124,7 @@ class Correction(AtRate):
     last: Says = "truth"
     inverts: Inverts = "outcome"
     others: Literal["fresh", "kept"] = "fresh"
-    at: tuple[Step, ...] = ()
+    at: tuple[StepNumber, ...] = ()
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept as its last statement tells it, with the first one if it is corrected."""

@@ -18,13 +18,7 @@ import numpy as np
 
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.agents.policy import Policy
-from lockprobe.agents.strategies import (
-    HumanInspired,
-    LoopBreaker,
-    RandomAgent,
-    RandomNoRepeat,
-    SoftmaxMemory,
-)
+from lockprobe.agents.strategies import HumanInspired, LoopBreaker, RandomAgent, RandomNoRepeat, SoftmaxMemory
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.foundation.errors import BadValue

@@ -23,14 +23,7 @@ from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import ROBOT
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags, tag_corners
-from lockprobe_robot.calibration.calibration_file import (
-    Calibration,
-    Intrinsics,
-    Pose,
-    array_of,
-    is_rigid,
-    read_views,
-)
+from lockprobe_robot.calibration.calibration_file import Calibration, Intrinsics, Pose, array_of, is_rigid, read_views
 from lockprobe_robot.picture_file import open_picture
 
 FEWEST_TAGS = 3

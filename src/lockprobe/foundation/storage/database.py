@@ -182,17 +182,14 @@ def _check_beside(path: Path) -> bool:
             there = True
             if one.name.endswith("-journal") and one.read_bytes().endswith(_NAMES_ANOTHER):
                 raise BadFile(one, "names another file, as Lockprobe never writes it: remove it")
-            if one.name.endswith("-wal") and not _is_logged(path):
-                why = f"is not the log of this {path.name}, which was put there later: move one of them away"
-                raise BadFile(one, why)
+            if one.name.endswith("-wal"):
+                logged = b""
+                with suppress(FileNotFoundError), path.open("rb") as file:
+                    logged = file.read(20)[18:]
+                if logged != b"\x02\x02":  # as a file says that is written to a log first, until its writer ends
+                    why = f"is not the log of this {path.name}, which was put there later: move one of them away"
+                    raise BadFile(one, why)
     return there
-
-
-def _is_logged(path: Path) -> bool:
-    """Whether a file says that it is written to a log first, as it does until its writer ends."""
-    with suppress(FileNotFoundError), path.open("rb") as file:
-        return file.read(20)[18:] == b"\x02\x02"
-    return False
 
 
 def _place(path: Path) -> tuple[int, int] | None:
