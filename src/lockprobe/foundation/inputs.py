@@ -23,9 +23,6 @@ LARGEST_TOML = 64 * 1024
 PRESETS = Path(__file__).parents[1] / "presets"
 """The studies that ship, a TOML file each."""
 
-_BUFFER = 1 << 18
-"""Bytes that are read at once."""
-
 
 def is_there(path: Path) -> bool:
     """Whether a regular file is there; links are followed.
@@ -46,7 +43,7 @@ def is_there(path: Path) -> bool:
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
     """The content of a regular file of at most ``most`` bytes; nobody is waited for at the other end of a pipe."""
     try:
-        with open(path, "rb", _BUFFER, opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise BadFile(path, "not a regular file")
             content = file.read(most + 1)
