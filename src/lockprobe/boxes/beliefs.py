@@ -63,9 +63,6 @@ NEVER = 255
 Need = tuple[int, int] | None
 """The other joint that a joint needs, and its position; None for a joint that is free."""
 
-Masks = tuple[tuple[int, ...], ...]
-"""For every configuration and joint a set of interlocks, bit s for interlock s."""
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Interlocks:
@@ -95,8 +92,8 @@ class Interlocks:
         return allowed
 
     @cached_property
-    def masks(self) -> Masks:
-        """The interlocks that let each joint move in each configuration."""
+    def masks(self) -> tuple[tuple[int, ...], ...]:
+        """The interlocks that let each joint move in each configuration, bit s for interlock s."""
         return tuple(
             tuple(as_mask(column) for column in self.may_move(np.full(len(self), c, dtype=np.int64)).T)
             for c in range(1 << self.joints)

@@ -26,7 +26,6 @@ CORRECTION = "Correction:"
 """The word before a report that corrects the previous one."""
 
 Positions = tuple[bool, ...] | None
-Rows = Sequence[Sequence[str]]
 
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
 
@@ -107,7 +106,7 @@ def _kind(task: Task, label: str) -> str:
     return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
 
 
-def places_said(task: Task, rows: Rows) -> list[str]:
+def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
     """Where joints lie on the panel, row by row, and which slide and which turn."""
     sentences = []
     for number, row in enumerate(rows, 1):

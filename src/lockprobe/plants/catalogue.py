@@ -55,8 +55,6 @@ Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
 FilmHook = Callable[[Any, Any], None]
 """Called 25 times in a simulated second with MuJoCo's model and a state, which it must not change."""
 
-MakeFilmed = Callable[[Lockbox, tuple[str, ...], np.random.Generator, FilmHook], Plant]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantSource:
@@ -83,7 +81,7 @@ class PlantSource:
     make: Make
     check: Callable[[Lockbox], None] = lambda box: None
     picture_size: tuple[int, int] | None = None
-    make_filmed: MakeFilmed | None = None
+    make_filmed: Callable[[Lockbox, tuple[str, ...], np.random.Generator, FilmHook], Plant] | None = None
     photographs: bool = False
     has_arm: bool = False
     lays_out: bool | None = None

@@ -134,6 +134,6 @@ def test_where_nobody_listens_nobody_waits_and_without_ray_it_is_said_how_to_get
         with pytest.raises(Missing, match=f"no Ray cluster answers at {address}"), Cluster.connect(address):
             pass
     monkeypatch.setitem(sys.modules, "ray", None)
-    expected = r"--cluster needs the package ray: uv sync --extra cluster"
+    expected = r"clusters need the package ray: uv sync --extra cluster"
     with pytest.raises(Missing, match=expected), Cluster.connect("auto"):
         pass

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, ClassVar
 
-from lockprobe.foundation.errors import BadValue, Missing, UserMistake
+from lockprobe.foundation.errors import BadValue, Missing, UserMistake, needing
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.foundation.workers.pool import Begin, Lost, Pool
 
@@ -84,10 +84,8 @@ class Cluster(Pool):
                 raise Missing(f"no Ray cluster answers at {address} ({why})", "is its head node running?") from None
         for name, value in _SETTINGS.items():
             os.environ.setdefault(name, value)
-        try:
+        with needing("clusters", "cluster"):
             import ray
-        except ImportError:
-            raise Missing("--cluster needs the package ray", "pip install 'lockprobe[cluster]'") from None
         try:
             # workers get the working directory of this process as part of their import path: an empty one
             with tempfile.TemporaryDirectory() as empty, chdir(empty):
