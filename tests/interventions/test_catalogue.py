@@ -80,7 +80,6 @@ def test_every_one_keeps_its_contract_and_plays_as_in_truth_at_dose_0(spec, monk
         ("flip?like=rgb&rates=slider:1.2:0.1", "rates: got 'slider:1.2:0.1'"),
         ("flip?like=rgb&rates=:0.1:0.2", "rates: got ':0.1:0.2'"),
         ("flip?like=rgb&rates=slider:0:1;slider:0:1", "rates: got 'slider:0:1'"),
-        ("flip?like=", "DIR/CONDITION, with the directory of a finished study"),
         ("phantom?p=1.2", "p: got 1.2, expected a number from 0 to 1"),
         ("correction?at=3;0", "at: got 0, expected a whole number from 1"),
         ("correction?first=half", "first: got 'half', expected one of lie, truth"),

@@ -319,8 +319,6 @@ class MisreadFlip(OutcomeFlip):
     def __post_init__(self) -> None:
         OutcomeFlip.__post_init__(self)
         rates_of(self.rates)
-        if not self.like:
-            raise BadValue("like", self.like, "DIR/CONDITION, with the directory of a finished study")
         if self.others == "noisy" or self.part != "both":
             raise BadValue("like", self.like, "none with others=noisy or part: a misreading is of one outcome")
 
