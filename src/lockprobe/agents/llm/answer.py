@@ -23,11 +23,8 @@ from lockprobe.trial.model_call import Call, Usage
 MENDING = "; to mend it, "
 """Stands in the error of a call between what was said and what has to be done before the same request can succeed."""
 
-LONGEST_REPLY = 100_000
-"""The most characters kept of a reply; typical replies have a few hundred."""
-
-_LONGEST_SAID = 400
-"""The most characters kept of a provider's message."""
+LONGEST_REPLY, _LONGEST_SAID = 100_000, 400
+"""The most characters kept of a reply, which typically has a few hundred, and of a provider's message."""
 
 _REFUSAL = re.compile(
     r"content.?filter|refus|safety|recitation|prohibited|block|spii|sensitive|guardrail|moderat|policy|toxic|flagged"

@@ -6,13 +6,13 @@ only the newest do: ``llm:openai/gpt-4o?images=4``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lockprobe.agents.llm.answer import MENDING
-from lockprobe.agents.llm.asking_again import decided, verdict_on
+from lockprobe.agents.llm.asking_again import Recall, decided, verdict_on
 from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import PER_MESSAGE, Access, Model
 from lockprobe.agents.prompt import Message, prompt_fingerprint
@@ -71,9 +71,6 @@ class HostedModel:
         model, book = self.line.model, self._book
 
         async def ask(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
-            if book is not None and (known := book.recall(new.step, new.turn, new.request)) is not None:
-                self._note(known, messages)
-                return known
             await self.line.pause(new.turn - 1)
             worst = model.at_most(messages)
             asked = replace(new, key=self._key, most=worst)
@@ -95,10 +92,11 @@ class HostedModel:
                         await book.write(replace(done, most=None))
             if done.reply is None:
                 raise ModelFault(done.error)
-            self._note(done, messages)
+            if new.turn == 1 and (tokens := _counted(done)):  # what is asked for again does not stay
+                self._read = messages, tokens
             return done
 
-        return await decided(situation, model, ask)
+        return await (decided(situation, model, ask) if book is None else decided(situation, model, ask, book.recall))
 
     def _wrong(self, answer: Call, verdict: Decision | ReplyFault, messages: Sequence[Message]) -> str:
         """Why a reply is its server's: to half of a conversation, or in words that all trials get that had replies.
@@ -127,11 +125,6 @@ class HostedModel:
             )
         return why and str(ModelFault(why))
 
-    def _note(self, answer: Call, messages: Sequence[Message]) -> None:
-        """Keep what was read, if that was counted; what was asked for again does not stay in the conversation."""
-        if (tokens := _counted(answer)) and answer.turn == 1:
-            self._read = messages, tokens
-
 
 def _counted(answer: Call) -> int:
     """The tokens read; 0 where failed attempts may be counted too, or what is kept is the largest possible count."""
@@ -141,21 +134,19 @@ def _counted(answer: Call) -> int:
 class ReplayedModel:
     """A model in a trial that has ended: it decides again by the replies on record, and no provider is asked.
 
-    Its settings are those of the record, so that each request has to be the one that was sent. ``recall`` leads from
-    step, turn and request to the reply; None without one, which is a ``ModelFault``.
+    Its settings are those of the record, so that each request has to be the one that was sent. One without a reply is
+    a ``ModelFault``.
     """
 
     unseeded = True
 
-    def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
+    def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Recall) -> None:
         self.facts, self._recall, self._model = facts, recall, Model.as_sent(spec, facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record."""
 
-        async def ask(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
-            if (known := self._recall(new.step, new.turn, new.request)) is None:
-                raise ModelFault("there is no such reply")
-            return known
+        async def ask(*asked: object) -> Call:
+            raise ModelFault("there is no such reply")
 
-        return await decided(situation, self._model, ask)
+        return await decided(situation, self._model, ask, self._recall)

@@ -121,15 +121,9 @@ class Model:
 
     def parameters(self) -> dict[str, object]:
         """What is sent with a conversation, in the order and with the names of chat completions."""
-        asked = self.settings
-        given: dict[str, object] = {
-            "max_tokens": asked.max_tokens,
-            "temperature": asked.temperature,
-            "top_p": asked.top_p,
-            "reasoning_effort": asked.effort,
-            "upstream": asked.upstream,
-        }
-        return {name: value for name, value in given.items() if value is not None}
+        options = ("max_tokens", "temperature", "top_p", "effort", "upstream")
+        given = {option: value for option in options if (value := getattr(self.settings, option)) is not None}
+        return {"reasoning_effort" if option == "effort" else option: value for option, value in given.items()}
 
     def sent(self) -> dict[str, Fact]:
         """The parameters of every request, and those left to the provider, for the record."""
