@@ -27,9 +27,7 @@ Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
 person or a client with tools, who are waited for by a server and never by a run."""
 
-_VIEWED = "human-inspired:target-first"
-
-_OBSERVER = "ideal-observer"
+_VIEWED, _OBSERVER = "human-inspired:target-first", "ideal-observer"
 
 SAME_IN_ALL_TRIALS = ("client", "wording")
 """Facts of a client that may not change under its name: records that differ in them are different conditions."""

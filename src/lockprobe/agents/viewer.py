@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 from lockprobe.trial.protocols import Agent
-from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, told_outcome
+from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,8 +50,7 @@ class Viewer:
         reports = self.reports(situation.task, [percept for percept, _ in situation.told])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
         told = replace(situation, past=past, percept=reports[-1])
-        claimed = told_outcome(told.task, told.percept, past)
-        return replace(await self.strategy.decide(told, rng), claimed=claimed)
+        return replace(await self.strategy.decide(told, rng), claimed=told.outcome)
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
         """All its observations as reports. A percept without pictures already is a report."""
