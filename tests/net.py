@@ -39,6 +39,10 @@ def numbers(name: str, under: Path) -> dict[str, str]:
                 under, patch, points=strangers.POINTS | {"measures": {"untold": "untold", "hasty": "hasty"}}
             )
         found = results(unpacked(name, under))
+    for row in found.rows:  # no share leaves 0 to 1, and no two are further apart
+        least = {"share": 0, "points": -1 - (row.quantity == "success_interaction")}.get(row.unit, -math.inf)
+        most = 1 if row.unit == "share" else -least
+        assert all(end is None or least - DIGITS <= end <= most + DIGITS for end in (row.value, row.low, row.high)), row
     lines = dict((*map(_number, found.rows), *map(_curve, found.curves)))
     assert len(lines) == len(found.rows) + len(found.curves)
     return dict(sorted(lines.items()))

@@ -3,16 +3,27 @@
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import SOLUTION, make_trial, play_study, small_study, write_study
+from builders import SOLUTION, make_trial, play_study, small_study, study_of, write_study
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import fisher_exact
 
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.conditions import read_condition
-from lockprobe.report.compare import TABLES, Sample, compare_studies, study_rows, write_comparison
+from lockprobe.report.compare import (
+    TABLES,
+    Sample,
+    check_comparable,
+    compare_studies,
+    shared,
+    study_rows,
+    write_comparison,
+)
 from lockprobe.report.format import texts
 from lockprobe.statistics.pairs import paired
 from lockprobe.statistics.proportions import proportion
@@ -89,6 +100,55 @@ def test_every_condition_that_two_studies_share_is_compared_and_what_one_has_is_
     ]  # fmt: skip
     assert all((row.test, row.value, row.p_value) == ("McNemar, and interval", 0, 1) for row in rows)  # one seed
     assert [one["not_shared"] for one in found.studies] == [["nudge"], ["warn"]]
+
+
+# Which studies can be compared: the same task, and a condition in common, whatever it is called.
+
+FLIPS = small_study()
+ONE, OTHER = Path("a"), Path("b")
+SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
+
+
+@pytest.mark.parametrize(
+    ("study", "change", "why"),
+    [
+        (SEVERAL, {"boxes": (FLIPS.box,)}, "box is chain-4, not chain-4, fork, reset"),
+        (SEVERAL, {"seed": 9}, "seed is 9, not 1"),  # several boxes are compared in pairs of equal luck
+        (FLIPS, {"boxes": (box("chain-5"),)}, "box is chain-5, not chain-4"),
+        (FLIPS, {"boxes": (replace(box("chain-5"), name="chain-4"),)}, "box is chain-4, not another chain-4"),
+        (FLIPS, {"max_steps": 30}, "max_steps is 30, not 20"),
+        (FLIPS, {"plant": "fast-twin"}, "plant is fast-twin, not symbolic"),
+        (FLIPS, {"layout": "shuffled"}, "layout is shuffled, not fixed"),
+        (FLIPS, {"assessment": False}, "assessment is False, not True"),
+    ],
+)
+def test_another_task_is_refused_with_the_reason(study, change, why):
+    check_comparable({ONE: study, OTHER: replace(study, agents=("round-robin",))})
+    with pytest.raises(BadFile, match=rf"^b: it cannot be compared with a: {why}$"):
+        check_comparable({ONE: study, OTHER: replace(study, **change)})
+
+
+def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason():
+    with pytest.raises(BadValue, match="two or more"):
+        check_comparable({ONE: FLIPS})
+    flips = study_of((0.1, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))
+    with pytest.raises(
+        BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3 and flip\?p=0\.6; they"
+    ):
+        check_comparable({ONE: FLIPS, OTHER: flips})
+    sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), boxes=(box("chain-4"),))
+    with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
+        check_comparable({ONE: FLIPS, OTHER: sticky})
+    with pytest.raises(BadFile, match=r"^c: it shares no condition"):
+        check_comparable({ONE: FLIPS, OTHER: FLIPS, Path("c"): flips})
+
+
+def test_a_prompt_belongs_to_the_agent(tmp_path):
+    file = tmp_path / "curt.txt"
+    file.write_text("{joints} {target} {reply}")
+    conditions = map(read_condition, ("truth", f"prompt?file={file}", f"prompt?file={file} + nudge"))
+    found = [(acting.label, prompt) for acting, prompt in shared(replace(FLIPS, conditions=(*conditions,))).values()]
+    assert found == [("truth", ""), ("truth", str(file)), ("nudge", str(file))]
 
 
 # The numbers: pairs only where luck is shared, and those of an independent implementation

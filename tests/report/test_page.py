@@ -132,17 +132,21 @@ def test_no_cell_of_a_table_is_a_formula_or_holds_what_is_not_seen(cell, written
 
 
 def test_a_page_with_open_trials_says_when_it_was_made_and_no_other_page_does(tmp_path, monkeypatch):
-    study, pages = small_study(["random"], (0.0, 0.3), 1, 2), []
+    study, pages = small_study(["random", "round-robin"], (0.0, 0.3), 1, 2), []
     for name, trials in (("open", play_study(study)[:3]), ("all", play_study(study))):
         directory = write_study(tmp_path / name, study, trials)
         for epoch in ("1795960920", "1796047320"):
             monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
             pages.append(write_report(directory).read_text("utf-8"))
-    said = "3 of 4 trials.</strong> Made at {} November 2026; <code>lockprobe report DIR</code> makes it anew."
+    said = "3 of 8 trials.</strong> Made at {} November 2026; <code>lockprobe report DIR</code> makes it anew."
     assert [said.format(at) in page for at, page in zip(("14:02 on 29", "14:02 on 30"), pages, strict=False)] == [
         True
     ] * 2
     assert pages[0].replace("on 29 November", "on 30 November") == pages[1]
     assert pages[2] == pages[3]
-    assert "Made at" not in pages[2]
+    assert ("Not begun: round-robin." in pages[0], "Not begun" in pages[2], "Made at" in pages[2]) == (
+        True,
+        False,
+        False,
+    )
     assert [check.name for check in verify(tmp_path / "open") if not check.holds] == ["complete"]

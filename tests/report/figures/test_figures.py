@@ -103,8 +103,8 @@ def model(typical):
 
 
 def lines(axes):
-    """The data of every line, apart from the axes', entries of the legend and figures of the paper."""
-    own = [line for line in axes.lines if line.get_gid() != "paper" and line.get_label() != "_axis"]
+    """The data of every line, apart from figures of the paper."""
+    own = [line for line in axes.lines if line.get_gid() != "paper"]
     found = [(np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in own]
     return [(x, y) for x, y in found if len(x)]
 
