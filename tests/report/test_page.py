@@ -113,16 +113,13 @@ def test_a_long_table_is_cut_where_it_says_so_and_draws_each_row_on_one_axis(fou
     assert places == [pytest.approx(50 + 50 * row.value / axis, abs=0.01) for row in rows[:200]]
 
 
-HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
-
-
 @pytest.mark.parametrize(
     ("cell", "written"),
     [
         *((f"{lead}1+1", f"'{lead}1+1") for lead in "=+-@"),
         ("\t1+1", "'?1+1"),
         ("\r1+1", "'?1+1"),
-        (HOSTILE, "a?b??????c"),
+        ("a\nb\x00\x1b\t\u202e\u2066\u2069c", "a?b??????c"),
         ("Ünï ±5 % \u9501", "Ünï ±5 % \u9501"),
         ("1+1", "1+1"),
     ],
@@ -139,9 +136,7 @@ def test_a_page_with_open_trials_says_when_it_was_made_and_no_other_page_does(tm
             monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
             pages.append(write_report(directory).read_text("utf-8"))
     said = "3 of 8 trials.</strong> Made at {} November 2026; <code>lockprobe report DIR</code> makes it anew."
-    assert [said.format(at) in page for at, page in zip(("14:02 on 29", "14:02 on 30"), pages, strict=False)] == [
-        True
-    ] * 2
+    assert all(said.format(at) in page for at, page in zip(("14:02 on 29", "14:02 on 30"), pages, strict=False))
     assert pages[0].replace("on 29 November", "on 30 November") == pages[1]
     assert pages[2] == pages[3]
     assert ("Not begun: round-robin." in pages[0], "Not begun" in pages[2], "Made at" in pages[2]) == (

@@ -80,5 +80,4 @@ def test_what_is_left_out_is_counted(tmp_path):
     found = results(directory)
     assert {row.of: row.value for row in found.where("left_out")} == {"ended as error": 1, "replaced after an error": 1}
     assert sum(cell.trials for cell in found.cells) == 5
-    said = "1 trials that ended as error"
-    assert said in " ".join(page_text(Page(found=found).text()))
+    assert "1 trials that ended as error" in " ".join(page_text(Page(found=found).text()))

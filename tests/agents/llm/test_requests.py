@@ -160,14 +160,12 @@ def test_an_option_that_cannot_be_or_that_a_model_refuses_is_one_line_before_any
 
 
 @pytest.mark.parametrize(
-    ("option", "least", "most"), [("connections", 1, 10_000), ("timeout", 0.01, 86_400), ("pause", 0, 60)]
+    "wrong", ["connections=0", "connections=10001", "timeout=0", "timeout=86401", "pause=-1", "pause=60.5"]
 )
-def test_how_a_provider_is_reached_has_limits(option, least, most):
-    for value in (least, most):
-        assert getattr(Access(**{option: value}), option) == value
-    for value in (least - 0.005, most + 1):
-        with pytest.raises(BadValue, match=f"{option}: got {value}, expected a number from {least} to {most}"):
-            Access(**{option: value})
+def test_how_a_provider_is_reached_has_limits(wrong):
+    option, value = wrong.split("=")
+    with pytest.raises(BadValue, match=f"^{option}: got {value}.*, expected a number from"):
+        Access(**{option: float(value)})
 
 
 def test_a_model_known_to_be_blind_is_refused_where_there_are_only_pictures():

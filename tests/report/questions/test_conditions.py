@@ -78,3 +78,53 @@ def test_the_table_has_every_condition_and_what_each_changes_and_the_answer_coun
     detected = [row.detected for row in lab.against_control()]
     said = f"{sum(detected)} of {len(detected)} changes of an agent under a condition detected."
     assert part.answer == said
+
+
+def test_readings_are_compared_in_pairs_at_the_same_rate(tmp_path):
+    asked = {"agent": [READER, "random"], "p": [0, 0.4, 0.6], "flip": "re-observed,integrated", "trials": 20, "seed": 3}
+    found = found_in(tmp_path, study("flips", **asked, condition="no-feedback=drop?p=1", repetitions=1))
+    head, *rows = tables_of(found)["effects"]
+    effects = [dict(zip(head, row, strict=True)) for row in rows]
+    shown = [row for row in effects if row["agent"] == READER and row["control"].startswith("flip")]
+    assert [(row["condition"], row["control"]) for row in shown] == [
+        (f"flip rate {rate}, false reports that stay", f"flip rate {rate}") for rate in ("0.4", "0.6")
+    ]
+    gap = found.one("success_difference", agent=READER, condition="flip?p=0.4&others=kept", control="flip?p=0.4")
+    assert shown[0]["difference, points"] == entry_text(gap)
+    kept, fresh = (
+        found.one("success", agent=READER, condition=name) for name in ("flip?p=0.4&others=kept", "flip?p=0.4")
+    )
+    assert gap.value == pytest.approx(kept.value - fresh.value)
+    assert found.where("success_difference", agent="random", control="flip?p=0.4") == []  # it plays alike
+
+
+# A condition that changed nothing is no null result: it is in no comparison, and is named.
+
+
+def results_of(directory, *conditions, agents=("human-inspired",)):
+    asked = {"trials": 12, "repetitions": 1, "condition": list(conditions), "agent": list(agents), "p": [0]}
+    return found_in(directory, study("flips", **asked))
+
+
+def compared(results):
+    """The agents and conditions whose success is compared with that of the control."""
+    return {(row.agent, row.condition) for row in results.where("success_difference") if row.control}
+
+
+@pytest.mark.parametrize("acts", ["history?last=50", "flip?p=1&at=20", "nudge?after=6", "hypothesis"])
+def test_a_condition_that_changed_nothing_is_compared_with_nothing_and_named(tmp_path, acts):
+    results = results_of(tmp_path, acts, "flip?p=0.4")
+    (cell,) = (one for one in results.cells if one.condition == acts)
+    assert [row.condition for row in results.where("success", of="") if row.note == "never acted"] == [acts]
+    assert compared(results) == {("human-inspired", "flip?p=0.4")}
+    assert cell.value("steps", "changed") == 0
+    said = f"{acts} changed nothing (0 of {cell.value('steps'):g} steps), so nothing is concluded from it."
+    assert said in " ".join(one.text for one in results.facts)
+
+
+def test_where_no_condition_changed_anything_that_is_the_answer(tmp_path):
+    acts = "history?last=50"
+    results = results_of(tmp_path, acts, agents=("human-inspired", "round-robin"))
+    steps = sum(cell.value("steps") for cell in results.cells if cell.condition == acts)
+    said = f"{acts} changed nothing for any agent (0 of {steps:g} steps), so nothing is concluded from it."
+    assert (results.answer, compared(results)) == (said, set())

@@ -51,9 +51,8 @@ def test_the_answer_counts_them_and_success_is_compared_all_the_same(tmp_path):
     missing, clumsy, kept = studies
     for found in (missing, clumsy):
         rows = found.where("against_rules", of="")
-        broken = (
-            f" {sum(row.count for row in rows)} of {sum(row.n for row in rows)} attempts broke the rules of the box."
-        )
+        many, attempts = sum(row.count for row in rows), sum(row.n for row in rows)
+        broken = f" {many} of {attempts} attempts broke the rules of the box."
         assert found.answer.endswith(broken)
         assert len(found.answer) > len(broken) + 10
         rows = tables_of(found)["claims"][1:]

@@ -1,7 +1,7 @@
 """Why: two plain sentences an agent that follow from the rows."""
 
 import pytest
-from reported import found_in, tables_of
+from reported import found_in
 
 from lockprobe.report.page import parts_of
 from lockprobe.report.questions.first_screen import answer_of
@@ -21,14 +21,9 @@ def found(tmp_path_factory):
 def test_where_no_effect_is_detected_no_part_is_computed_or_shown(found):
     assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
     assert found.where("arm_contrast", agent=AGENTS[1]) == []
-    assert [row[0] for row in tables_of(found)["why"][1:]] == [AGENTS[0]] * (1 + len(CONTRASTS)) + [AGENTS[1]]
-    drawn = [row[4] for row in TABLE.cells(found)[1:]]
-    assert [row[0] for row in tables_of(found)["why"][1:]] == [row.agent for row in drawn]
-    assert [row.quantity for row in drawn] == [
-        "false_report_effect",
-        *["arm_contrast"] * len(CONTRASTS),
-        "false_report_effect",
-    ]
+    named, drawn = zip(*((row[0], row[4]) for row in TABLE.cells(found)[1:]), strict=True)
+    assert [*named] == [row.agent for row in drawn] == [AGENTS[0]] * (1 + len(CONTRASTS)) + [AGENTS[1]]
+    assert [row.quantity == "arm_contrast" for row in drawn] == [False, *[True] * len(CONTRASTS), False]
     (part,) = [part for part in parts_of(found) if part.name == "why"]
     assert part.answer == "A cause is named for 1 of 2 agents."
     (evidence,) = part.blocks[0]
