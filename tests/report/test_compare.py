@@ -13,13 +13,14 @@ from hypothesis import strategies as st
 from scipy.stats import fisher_exact
 
 from lockprobe.boxes.families import box
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.compare import (
     TABLES,
     Sample,
-    check_comparable,
+    check_same_task,
     compare_studies,
+    families,
     shared,
     study_rows,
     write_comparison,
@@ -123,24 +124,25 @@ SEVERAL = replace(FLIPS, boxes=(FLIPS.box, box("fork"), box("reset")))
     ],
 )
 def test_another_task_is_refused_with_the_reason(study, change, why):
-    check_comparable({ONE: study, OTHER: replace(study, agents=("round-robin",))})
+    check_same_task({ONE: study, OTHER: replace(study, agents=("round-robin",))})
     with pytest.raises(BadFile, match=rf"^b: it cannot be compared with a: {why}$"):
-        check_comparable({ONE: study, OTHER: replace(study, **change)})
+        check_same_task({ONE: study, OTHER: replace(study, **change)})
 
 
-def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason():
-    with pytest.raises(BadValue, match="two or more"):
-        check_comparable({ONE: FLIPS})
+def test_one_study_and_one_without_a_condition_in_common_are_refused_with_the_reason(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     flips = study_of((0.1, 0.9), name="flips", agents=("random",), boxes=(box("chain-4"),))
-    with pytest.raises(
-        BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3 and flip\?p=0\.6; they"
-    ):
-        check_comparable({ONE: FLIPS, OTHER: flips})
     sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), boxes=(box("chain-4"),))
-    with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
-        check_comparable({ONE: FLIPS, OTHER: sticky})
-    with pytest.raises(BadFile, match=r"^c: it shares no condition"):
-        check_comparable({ONE: FLIPS, OTHER: FLIPS, Path("c"): flips})
+    for name, study in {"a": FLIPS, "b": flips, "c": sticky, "d": FLIPS}.items():
+        write_study(tmp_path / name, study, [])
+    for asked, said in (
+        ("a", "two or more"),
+        ("ab", r"^a: it shares no condition .*: it has truth, flip\?p=0\.3 and flip\?p=0\.6; they"),
+        ("ac", r"they have flip\?p=0\.3&others=kept$"),
+        ("adb", "^b: it shares no condition"),
+    ):
+        with pytest.raises(UserMistake, match=said):
+            compare_studies([*map(Path, asked)])
 
 
 def test_a_prompt_belongs_to_the_agent(tmp_path):
@@ -149,6 +151,16 @@ def test_a_prompt_belongs_to_the_agent(tmp_path):
     conditions = map(read_condition, ("truth", f"prompt?file={file}", f"prompt?file={file} + nudge"))
     found = [(acting.label, prompt) for acting, prompt in shared(replace(FLIPS, conditions=(*conditions,))).values()]
     assert found == [("truth", ""), ("truth", str(file)), ("nudge", str(file))]
+
+
+def test_families_are_flip_rates_with_the_truth_every_other_axis_and_all_others():
+    specs = ("tremble?p=0.1", "nudge", "truth", "flip?p=0.4", "tremble?p=0.2", "drop?p=0.3")
+    study = replace(FLIPS, conditions=tuple(map(read_condition, specs)))
+    found = " ".join(
+        f"{name}:{family}" for name, family in families(acting for acting, _ in shared(study).values()).items()
+    )
+    doses = "tremble?p=0.1:tremble p tremble?p=0.2:tremble p"
+    assert found == f"truth:flip rate flip?p=0.4:flip rate {doses} nudge: drop?p=0.3:"
 
 
 # The numbers: pairs only where luck is shared, and those of an independent implementation
