@@ -6,8 +6,7 @@ from collections import Counter
 
 import pytest
 
-from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.boxfile import data_of
+from lockprobe.boxes.box import Lockbox, data_of
 from lockprobe.boxes.families import STRUCTURES, box, generate
 from lockprobe.boxes.solve import fault_of, optimum
 from lockprobe.foundation.errors import UnknownName

@@ -8,7 +8,7 @@ from browser import CHEAP, CHROMIUM, needs_a_browser
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe import run_trial
-from lockprobe.boxes import boxfile
+from lockprobe.boxes import box as boxes
 from lockprobe.boxes.families import box
 from lockprobe.report.page import write_report
 from lockprobe.report.questions.trials import explorer_data
@@ -19,7 +19,7 @@ ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"d
 
 def explored(*trials):
     """What the page holds of trials on a box."""
-    of = {"study": {"boxes": [boxfile.data_of(box("chain-4"))]}, "design": Design(conditions=(), players=())}
+    of = {"study": {"boxes": [boxes.data_of(box("chain-4"))]}, "design": Design(conditions=(), players=())}
     return explorer_data(trials, Results.model_construct(**of))
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, GetPydanticSchema, PlainSerializer
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, GetPydanticSchema, PlainSerializer, TypeAdapter
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice
@@ -155,3 +156,15 @@ class Lockbox:
         if not self.may_move(configuration, joint):
             return configuration, False
         return (*configuration[:joint], not configuration[joint], *configuration[joint + 1 :]), True
+
+
+@cache
+def box_schema() -> TypeAdapter[Lockbox]:
+    """What reads boxes from data, and makes data of them."""
+    return TypeAdapter(Lockbox)
+
+
+def data_of(box: Lockbox) -> dict[str, Any]:
+    """The box as JSON data; positions are 0 and 1."""
+    found: dict[str, Any] = box_schema().dump_python(box, mode="json")
+    return found

@@ -31,15 +31,13 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
-from lockprobe.boxes.box import Joint, Lockbox, bits
+from lockprobe.boxes.box import Joint, Lockbox, bits, box_schema, data_of
 from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.foundation.validation import plain
-
-_BOX = TypeAdapter(Lockbox)
 
 
 def read_box(path: Path) -> Lockbox:
@@ -68,16 +66,10 @@ def toml_of(box: Lockbox) -> str:
     return "\n".join([head, *joints, "\n".join(interlock)]) + "\n"
 
 
-def data_of(box: Lockbox) -> dict[str, Any]:
-    """The box as JSON data of the form above; positions are 0 and 1."""
-    found: dict[str, Any] = _BOX.dump_python(box, mode="json")
-    return found
-
-
 def box_from_data(data: Any) -> Lockbox:
-    """Build a box from parsed tables of the form above; the inverse of :func:`data_of`."""
+    """Build a box from parsed tables of the form above; the inverse of :func:`lockprobe.boxes.box.data_of`."""
     try:
-        box = _BOX.validate_python(data)
+        box = box_schema().validate_python(data)
     except ValidationError as error:
         first = error.errors()[0]
         named, loc = "expected a name: a letter, then at most 39 letters, digits, - and _", first["loc"]

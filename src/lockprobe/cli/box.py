@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.box import Lockbox, data_of
 from lockprobe.boxes.families import DEFAULT_BOX, STRUCTURES, find_box
 from lockprobe.boxes.families import generate as make
 from lockprobe.boxes.layouts import LayoutName
@@ -171,6 +171,4 @@ def _in_words(box: Lockbox) -> Iterator[str]:
 
 def _facts(box: Lockbox) -> dict[str, Any]:
     """The facts of a box for JSON."""
-    from lockprobe.boxes.boxfile import data_of
-
     return {**data_of(box), **asdict(difficulty(box, _PLANS))}

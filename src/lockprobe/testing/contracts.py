@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.boxes.box import Lockbox
-from lockprobe.boxes.boxfile import box_from_data, data_of, toml_of
+from lockprobe.boxes.box import Lockbox, data_of
+from lockprobe.boxes.boxfile import box_from_data, toml_of
 from lockprobe.boxes.families import find_box
 from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import UserMistake

@@ -17,7 +17,8 @@ from typing import Any
 from pydantic import Field, ValidationError
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.boxes.boxfile import box_from_data, data_of
+from lockprobe.boxes.box import data_of
+from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.boxes.families import ALIKE, DEFAULT_BOX, alike_boxes, find_box
 from lockprobe.boxes.solve import fault_of
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName, UserMistake
