@@ -1,0 +1,180 @@
+"""The wrappers around environments of others: the laws of studies, luck by address, a record of truth and told."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+from itertools import permutations
+
+import gymnasium
+import minigrid_door.believer
+import numpy as np
+import pytest
+from blicket import PLAYS, SILENT, outcome
+from gymnasium.utils.env_checker import check_env
+
+import lockprobe
+from lockprobe.interfaces.gymnasium.environment import LockboxEnv
+from lockprobe.trial.luck import Luck
+from lockprobe.wrappers import Delay, FalseReports, Record, Tremble, Withhold
+
+LIE, GAP, LATE, SLIP = (partial(FalseReports, p=0.4), partial(Withhold, p=0.3), partial(Delay), partial(Tremble, p=0.3))
+SURE, SECOND = partial(FalseReports, p=1), partial(Tremble, p=1, at=[2])
+WRITE = partial(Record, agent="a", condition="c")
+
+
+def wrapped(wraps, named=outcome, env=None):
+    env = gymnasium.make("Blicket-v0") if env is None else env
+    for wrap in wraps:
+        env = wrap(env, **({} if wrap.func in (Tremble, Record) else {"outcome": named}))
+    return env
+
+
+def played(env, actions, seed=1):
+    told = [env.reset(seed=seed)]
+    while len(told) <= len(actions) and not any(told[-1][2:4]):
+        told.append(env.step(actions[len(told) - 1]))
+    return told
+
+
+def rows(path):
+    return [json.loads(line) for line in path.read_text("utf-8").splitlines()]
+
+
+def changed(before, action, after):
+    return ("it changed", "it stayed") if np.any(before != after) else None
+
+
+LAWS = {
+    "flip?p=0.5&only=blocked": [partial(FalseReports, p=0.5, only="blocked")],
+    "tremble?p=0.3 + flip?p=1&while=looping": [SLIP, partial(SURE, while_="looping")],
+    "flip?p=0.4 + flip?p=0.4&only=moved&at=1;3;4;5": [LIE, partial(LIE, only="moved", at=[1, 3, 4, 5])],
+    "drop?p=0.3 + tremble?p=0.3 + flip?p=0.4 + tremble?p=0.3": [GAP, SLIP, LIE, SLIP],
+    "tremble?p=1&at=2 + flip?p=0.4 + delay?lag=2 + flip?p=0.4": [SECOND, LIE, partial(Delay, lag=2), LIE],
+    "flip?p=0.4 + drop?p=0.4&luck=flip": [LIE, partial(Withhold, p=0.4, luck="flip")],
+}
+
+
+@pytest.mark.parametrize("condition", LAWS)
+@pytest.mark.parametrize("seed", [*range(15), 2**62])
+def test_around_a_lockbox_the_wrappers_tell_what_the_condition_of_a_study_tells(condition, seed):
+    """Two implementations held together; the box has the name of the environment's class, so the luck is one."""
+    asked = {"box": replace(lockprobe.box("chain-4"), name="LockboxEnv"), "modality": "symbolic?tell=outcome"}
+    actions, named = np.random.default_rng(seed).integers(4, size=20).tolist(), ("blocked", "moved")
+    ours = wrapped(LAWS[condition], lambda before, action, after: named[:: 3 - 2 * after[2]], LockboxEnv(**asked))
+    theirs = played(LockboxEnv(condition=condition, **asked), actions, seed)
+    for mine, other in zip(played(ours, actions, seed), theirs, strict=True):
+        assert (mine[-1]["told"], mine[1:-1]) == ((None, *named)[other[0][2]], other[1:-1])
+
+
+def lies(path, *wraps):
+    env = wrapped([*wraps, partial(WRITE, path=path)])
+    for seed in range(50):
+        played(env, [0] * 20, seed)
+    assert not any(row["told_falsely"] for row in rows(path) if row["told"] is None)
+    return {(row["seed"], row["step"]): row["told_falsely"] for row in rows(path) if row["told"] is not None}
+
+
+def test_a_seed_has_the_same_lies_whatever_acts_beside_them_and_fewer_at_a_smaller_p(tmp_path):
+    paths = (tmp_path / f"{number}.jsonl" for number in range(99))
+    at = {p: lies(next(paths), partial(FalseReports, p=p)) for p in (0.0, 0.2, 0.4)}
+    for p, found in at.items():
+        assert abs(sum(found.values()) / 1000 - p) <= 4 * np.sqrt(p * (1 - p) / 1000)
+        for (seed, step), lie in found.items():
+            luck = Luck(seed=seed, box="Blicket-v0", repetition=1, trial=1)
+            assert lie == (luck.at("channel-0", step).random() < p) <= at[0.4][seed, step]
+    for beside in ([LIE, GAP], [GAP, LIE], [LIE, SLIP, GAP], [LATE, GAP, LIE], [partial(WRITE, path=next(paths)), LIE]):
+        found = lies(next(paths), *beside)
+        assert found.items() <= at[0.4].items()
+        assert len(found) > 500
+    assert not any(lies(next(paths), LIE, LATE).values())
+
+
+@pytest.mark.filterwarnings("ignore:.*is different from the unwrapped version")
+@pytest.mark.parametrize("order", [*permutations([LIE, GAP, LATE, SLIP])])
+def test_they_nest_in_any_order_and_gymnasium_has_nothing_to_say_against_it(order, tmp_path):
+    paths = [tmp_path / f"{place}.jsonl" for place in range(5)]
+    for place, path in enumerate(paths):
+        played(wrapped([*order[:place], partial(WRITE, path=path), *order[place:]]), [0, 1, 2, 3] * 5)
+    assert [rows(path) for path in paths] == [rows(paths[0])] * 5
+    check_env(wrapped([*order, partial(WRITE, path=tmp_path / "checked.jsonl")]))
+    for other, named in (("FrozenLake-v1", changed), (minigrid_door.NAME, minigrid_door.outcome)):
+        check_env(wrapped(order, named, gymnasium.make(other)), skip_render_check=True)
+
+
+class Switches(gymnasium.Env):
+    """No text, no end, and the observation is one array that changes."""
+
+    observation_space, action_space = gymnasium.spaces.MultiBinary(2), gymnasium.spaces.Discrete(2, start=5)
+
+    def reset(self, *, seed=None, options=None):
+        self.on = np.zeros(2, np.int8)
+        return self.on, {}
+
+    def step(self, action):
+        self.on[action - 5] ^= 1
+        return self.on, 0.5, False, False, {"told": "by itself"}
+
+
+TOLD = [
+    ([partial(FalseReports, p=0)], outcome, f"On the machine: A. {SILENT}", SILENT),
+    ([SURE], outcome, f"On the machine: A. {PLAYS}", PLAYS),
+    ([partial(Withhold, p=1)], outcome, "On the machine: A. ", None),
+    ([SURE], changed, f"On the machine: A. {SILENT} It stayed.", "it stayed"),
+    ([partial(SURE, tell=lambda seen, truth, said: f"{truth}/{said}"), GAP], outcome, f"{SILENT}/{PLAYS}", PLAYS),
+]
+
+
+@pytest.mark.parametrize(("wraps", "named", "seen", "told"), TOLD)
+def test_a_text_says_what_is_told_in_place_of_the_truth_or_as_a_sentence_more(wraps, named, seen, told):
+    observation, *_, info = played(wrapped(wraps, named), [0])[1]
+    assert (observation, info) == (seen, {"told": told})
+
+
+def test_a_record_holds_whole_episodes_and_what_was_cut_short_without_an_end(tmp_path):
+    write, names = partial(WRITE, path=tmp_path / "e.jsonl"), ("task", "seed", "episode", "action", "done", "outcome")
+    env = wrapped([partial(Tremble, p=1), SURE, write], changed, Switches())
+    for seed in (3, None, 4):  # the third is under way when the process stops
+        env.reset(seed=seed)
+        observation, *_, info = env.step(np.int64(5))
+        assert (observation.tolist(), info) == ([0, 1], {"told": "it stayed"})
+    expected = [["Switches", 3, episode, 5, 6, "it changed"] for episode in (1, 2)]
+    assert [[row[name] for name in names] for row in rows(tmp_path / "e.jsonl")] == expected
+    again, other = (wrapped([partial(write, condition=name)], env=Switches()) for name in "cd")
+    assert [again.holds(3), again.holds(3, 2), again.holds(4), other.holds(3)] == [True, True, False, False]
+    with pytest.raises(lockprobe.UserMistake, match=r"episode: got '1 of seed 3', expected one that .* does not hold"):
+        again.reset(seed=3)
+
+
+REFUSED = {
+    "env: got 'SyncVectorEnv', expected one environment": lambda: SLIP(gymnasium.make_vec("Blicket-v0")),
+    "FalseReports: got 'others', expected only, at, while_,": lambda: wrapped([partial(LIE, others="kept")]),
+    "outcome: got None, expected a function": lambda: wrapped([LIE], None),
+    "Withhold: got .'outcome'., expected what FalseReports": lambda: GAP(wrapped([LIE]), outcome=changed),
+    "Tremble: got <TimeLimit.*, expected Lockprobe's": lambda: SLIP(gymnasium.wrappers.TimeLimit(wrapped([LIE]), 9)),
+    "actions of Tremble: got Box": lambda: SLIP(gymnasium.make("Pendulum-v1")),
+    "outcome: got 'yes', expected two": lambda: played(wrapped([LIE], lambda *seen: "yes"), [0]),
+    "outcome: got .'a', 'a'., expected two": lambda: played(wrapped([LIE], lambda *seen: ("a", "a")), [0]),
+    "told: got '.* Ü.', expected an observation in": lambda: played(wrapped([LIE], lambda *seen: ("ü", "ü!")), [0]),
+    "not JSON": lambda: wrapped([partial(WRITE, path=__file__)]),
+}
+
+
+@pytest.mark.parametrize("said", REFUSED)
+def test_a_mistake_is_one_line(said):
+    with pytest.raises(lockprobe.UserMistake, match=rf"\A.*{said}[^\n]*\Z"):
+        REFUSED[said]()
+
+
+def test_a_believer_loses_two_steps_for_each_false_report_that_the_door_did_not_open(tmp_path):
+    """Computed by hand: the number of false reports in a row is geometric, and no other step is lost."""
+    minigrid_door.believer.main(tmp_path / "door.jsonl", range(60))
+    steps, false = Counter(), Counter()
+    for row in rows(tmp_path / "door.jsonl"):
+        steps[key := (row["condition"], row["seed"])] += 1
+        false[key] += row["told_falsely"]
+        assert (row.get("solved"), row.get("score")) in ((None, None), (True, 1 - 0.9 * (steps[key] / 250)))
+    for p in (0, 0.2, 0.4):
+        lost = [steps[f"flip?p={p}", seed] - steps["flip?p=0", seed] for seed in range(60)]
+        assert lost == [2 * false[f"flip?p={p}", seed] for seed in range(60)]
+        assert abs(np.mean(lost) - 2 * p / (1 - p)) <= 4 * 2 * np.sqrt(p / 60) / (1 - p)
