@@ -1,17 +1,16 @@
 """The wrappers around environments of others: the laws of studies, luck by address, a record of truth and told."""
 
 import json
-from collections import Counter
 from dataclasses import replace
 from functools import partial
 from itertools import permutations
 
 import gymnasium
-import minigrid_door.believer
 import numpy as np
 import pytest
 from blicket import PLAYS, SILENT, outcome
 from gymnasium.utils.env_checker import check_env
+from minigrid_door import NAME, believer
 
 import lockprobe
 from lockprobe.interfaces.gymnasium.environment import LockboxEnv
@@ -19,8 +18,7 @@ from lockprobe.trial.luck import Luck
 from lockprobe.wrappers import Delay, FalseReports, Record, Tremble, Withhold
 
 LIE, GAP, LATE, SLIP = (partial(FalseReports, p=0.4), partial(Withhold, p=0.3), partial(Delay), partial(Tremble, p=0.3))
-SURE, SECOND = partial(FalseReports, p=1), partial(Tremble, p=1, at=[2])
-WRITE = partial(Record, agent="a", condition="c")
+SURE, WRITE = partial(FalseReports, p=1), partial(Record, agent="a", condition="c")
 
 
 def wrapped(wraps, named=outcome, env=None):
@@ -50,7 +48,7 @@ LAWS = {
     "tremble?p=0.3 + flip?p=1&while=looping": [SLIP, partial(SURE, while_="looping")],
     "flip?p=0.4 + flip?p=0.4&only=moved&at=1;3;4;5": [LIE, partial(LIE, only="moved", at=[1, 3, 4, 5])],
     "drop?p=0.3 + tremble?p=0.3 + flip?p=0.4 + tremble?p=0.3": [GAP, SLIP, LIE, SLIP],
-    "tremble?p=1&at=2 + flip?p=0.4 + delay?lag=2 + flip?p=0.4": [SECOND, LIE, partial(Delay, lag=2), LIE],
+    "tremble?p=0.3&at=2 + flip?p=0.4 + delay?lag=1 + flip?p=0.4": [partial(SLIP, at=[2]), LIE, LATE, LIE],
     "flip?p=0.4 + drop?p=0.4&luck=flip": [LIE, partial(Withhold, p=0.4, luck="flip")],
 }
 
@@ -98,13 +96,11 @@ def test_they_nest_in_any_order_and_gymnasium_has_nothing_to_say_against_it(orde
         played(wrapped([*order[:place], partial(WRITE, path=path), *order[place:]]), [0, 1, 2, 3] * 5)
     assert [rows(path) for path in paths] == [rows(paths[0])] * 5
     check_env(wrapped([*order, partial(WRITE, path=tmp_path / "checked.jsonl")]))
-    for other, named in (("FrozenLake-v1", changed), (minigrid_door.NAME, minigrid_door.outcome)):
+    for other, named in (("FrozenLake-v1", changed), (NAME, believer.outcome)):
         check_env(wrapped(order, named, gymnasium.make(other)), skip_render_check=True)
 
 
-class Switches(gymnasium.Env):
-    """No text, no end, and the observation is one array that changes."""
-
+class Switches(gymnasium.Env):  # no text, no end, and the observation is one array that changes
     observation_space, action_space = gymnasium.spaces.MultiBinary(2), gymnasium.spaces.Discrete(2, start=5)
 
     def reset(self, *, seed=None, options=None):
@@ -117,7 +113,6 @@ class Switches(gymnasium.Env):
 
 
 TOLD = [
-    ([partial(FalseReports, p=0)], outcome, f"On the machine: A. {SILENT}", SILENT),
     ([SURE], outcome, f"On the machine: A. {PLAYS}", PLAYS),
     ([partial(Withhold, p=1)], outcome, "On the machine: A. ", None),
     ([SURE], changed, f"On the machine: A. {SILENT} It stayed.", "it stayed"),
@@ -166,15 +161,20 @@ def test_a_mistake_is_one_line(said):
         REFUSED[said]()
 
 
-def test_a_believer_loses_two_steps_for_each_false_report_that_the_door_did_not_open(tmp_path):
-    """Computed by hand: the number of false reports in a row is geometric, and no other step is lost."""
-    minigrid_door.believer.main(tmp_path / "door.jsonl", range(60))
-    steps, false = Counter(), Counter()
-    for row in rows(tmp_path / "door.jsonl"):
-        steps[key := (row["condition"], row["seed"])] += 1
-        false[key] += row["told_falsely"]
-        assert (row.get("solved"), row.get("score")) in ((None, None), (True, 1 - 0.9 * (steps[key] / 250)))
+def test_a_believer_loses_two_steps_for_each_lie_that_the_door_did_not_open(tmp_path):
+    """Computed by hand: from its luck each episode, and from the steps of the truth how many are lost."""
+    believer.main(tmp_path / "door.jsonl", range(60))
+    found = {(row["condition"], row["seed"]): row for row in rows(tmp_path / "door.jsonl")}
+    door = {row["seed"]: row["step"] for row in rows(tmp_path / "door.jsonl")[::-1] if row["told"]}
+    needed = [found["flip?p=0", seed]["step"] for seed in range(60)]
     for p in (0, 0.2, 0.4):
-        lost = [steps[f"flip?p={p}", seed] - steps["flip?p=0", seed] for seed in range(60)]
-        assert lost == [2 * false[f"flip?p={p}", seed] for seed in range(60)]
-        assert abs(np.mean(lost) - 2 * p / (1 - p)) <= 4 * 2 * np.sqrt(p / 60) / (1 - p)
+        for seed, steps in enumerate(needed):
+            luck, lost = Luck(seed=seed, box=NAME, repetition=1, trial=1), 0
+            while luck.at("channel-0", door[seed] + lost).random() < p:
+                lost += 2
+            last, end = found[f"flip?p={p}", seed], steps + lost
+            wins, score = end <= 14, 1 - 0.9 * (end / 14)
+            assert (last["step"], last["solved"], last["score"]) == (min(end, 14), wins, score * wins)
+        risks = [p ** (1 + (14 - steps) // 2) for steps in needed]
+        shown = sum(not found[f"flip?p={p}", seed]["solved"] for seed in range(60))
+        assert abs(shown - sum(risks)) <= 4 * np.sqrt(sum(risk * (1 - risk) for risk in risks))

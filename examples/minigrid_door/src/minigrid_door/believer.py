@@ -1,9 +1,9 @@
-"""A player with a known answer: it knows the way, and believes what it is told of the door.
+"""An agent with a known answer: it knows the way, and believes what it is told of the door.
 
-It toggles the door until it is told that it opened. A true "did not open" is never told of a door that opened, so each
-false one costs two steps: the toggle that closes the door, and the one that opens it again. With probability p of a
-false report the number of them is geometric: 2 p / (1 - p) steps are lost in the mean, and 0.9 / 250 of the score for
-each. Run as ``python -m minigrid_door.believer episodes.jsonl``.
+It toggles the door until it is told that it opened. Only doors that opened are lied about, so each lie costs two steps:
+the toggle that closes the door, and the one that opens it again. With probability p of a lie, k of them come first with
+probability p^k (1 - p). An episode that takes s steps without a lie is lost with the probability that s + 2 k exceeds
+the budget: p^(1 + (BUDGET - s) // 2). Run as ``python -m minigrid_door.believer episodes.jsonl``.
 """
 
 import sys
@@ -15,6 +15,9 @@ from minigrid.core.constants import DIR_TO_VEC
 
 from lockprobe.wrappers import FalseReports, Record
 from minigrid_door import NAME, OPENED, outcome
+
+BUDGET = 14
+"""Steps, in which every one of the first 100 seeds is solved without a lie."""
 
 
 def way(world, goal, through=()):
@@ -36,29 +39,31 @@ def way(world, goal, through=()):
     raise ValueError("no way leads there")
 
 
-def play(env, seed):
-    """Play one episode."""
-    env.reset(seed=seed)
-    world = env.unwrapped
+def believer(world):
+    """Yields actions, and is sent what is told of each."""
     cells = [(x, y) for x in range(world.width) for y in range(world.height)]
     place = {there.type: cell for cell in cells if (there := world.grid.get(*cell)) is not None}
     for action in (*way(world, place["key"]), Actions.pickup):
-        env.step(action)
+        yield action
     for action in way(world, place["door"]):
-        env.step(action)
-    while env.step(Actions.toggle)[-1]["told"] != OPENED:
+        yield action
+    while (yield Actions.toggle) != OPENED:
         pass
     for action in (*way(world, place["goal"], through=[place["door"]]), Actions.forward):
-        env.step(action)
+        yield action
 
 
 def main(path, seeds=range(100)):
     """Play the same seeds under three rates of false reports, and record them."""
     for p in (0, 0.2, 0.4):
-        told = FalseReports(gymnasium.make(NAME), p, outcome=outcome, only=OPENED)
+        told = FalseReports(gymnasium.make(NAME, max_steps=BUDGET), p, outcome=outcome, only=OPENED)
         env = Record(told, path, agent="believer", condition=f"flip?p={p}", score=float)
         for seed in seeds:
-            play(env, seed)
+            env.reset(seed=seed)
+            agent, info, over = believer(env.unwrapped), {"told": None}, False
+            while not over:
+                *_, terminated, truncated, info = env.step(agent.send(info["told"]))
+                over = terminated or truncated
 
 
 if __name__ == "__main__":
