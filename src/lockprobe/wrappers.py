@@ -141,7 +141,7 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             return seen, info
         episode.seen = deepcopy(seen)
         shown = seen if self.teller.tell is None else self.teller.tell(seen, truth, said)
-        if shown not in self.observation_space and seen in self.bare.observation_space:
+        if shown is not seen and shown not in self.observation_space and seen in self.bare.observation_space:
             raise BadValue("told", shown, f"an observation in {self.observation_space}")
         return shown, {**info, "told": said}
 
