@@ -25,9 +25,6 @@ from lockprobe.trial.record import Decision, Situation
 Ask = Callable[[Call, Sequence[Message], dict[str, object]], Awaitable[Call]]
 """From a call without its reply, the conversation and the form of the reply to the call with its reply."""
 
-Recall = Callable[[int, int, str], Call | None]
-"""From step, turn and request to the call on record; None without one."""
-
 
 def verdict_on(call: Call, situation: Situation) -> Decision | ReplyFault:
     """The decision in the reply of a call, or why there is none."""
@@ -37,8 +34,8 @@ def verdict_on(call: Call, situation: Situation) -> Decision | ReplyFault:
         return fault
 
 
-async def decided(situation: Situation, model: Model, ask: Ask, recall: Recall = lambda *place: None) -> Decision:
-    """Ask until a reply is well formed; what can be recalled is not asked.
+async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
+    """Ask until a reply is well formed.
 
     Raises:
         RefusalFault: If the model or its provider refused.
@@ -49,7 +46,7 @@ async def decided(situation: Situation, model: Model, ask: Ask, recall: Recall =
     while True:
         step, turn, request = len(situation.past) + 1, len(replies) + 1, request_fingerprint(model, messages, schema)
         asked = Call(key="", step=step, turn=turn, request=request, reply=None)
-        answer = recall(step, turn, request) or await ask(asked, messages, schema)
+        answer = await ask(asked, messages, schema)
         verdict = verdict_on(answer, situation)
         text = answer.reply or ""
         replies.append(text)

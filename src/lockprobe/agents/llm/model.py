@@ -6,13 +6,13 @@ only the newest do: ``llm:openai/gpt-4o?images=4``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lockprobe.agents.llm.answer import MENDING
-from lockprobe.agents.llm.asking_again import Recall, decided, verdict_on
+from lockprobe.agents.llm.asking_again import decided, verdict_on
 from lockprobe.agents.llm.client import ModelClient
 from lockprobe.agents.llm.settings import PER_MESSAGE, Access, Model
 from lockprobe.agents.prompt import Message, prompt_fingerprint
@@ -71,6 +71,13 @@ class HostedModel:
         model, book = self.line.model, self._book
 
         async def ask(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
+            done = None if book is None else book.recall(new.step, new.turn, new.request)
+            done = done or await once(new, messages, schema)
+            if new.turn == 1 and (tokens := _counted(done)):  # what is asked for again does not stay
+                self._read = messages, tokens
+            return done
+
+        async def once(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             await self.line.pause(new.turn - 1)
             worst = model.at_most(messages)
             asked = replace(new, key=self._key, most=worst)
@@ -92,11 +99,9 @@ class HostedModel:
                         await book.write(replace(done, most=None))
             if done.reply is None:
                 raise ModelFault(done.error)
-            if new.turn == 1 and (tokens := _counted(done)):  # what is asked for again does not stay
-                self._read = messages, tokens
             return done
 
-        return await (decided(situation, model, ask) if book is None else decided(situation, model, ask, book.recall))
+        return await decided(situation, model, ask)
 
     def _wrong(self, answer: Call, verdict: Decision | ReplyFault, messages: Sequence[Message]) -> str:
         """Why a reply is its server's: to half of a conversation, or in words that all trials get that had replies.
@@ -134,19 +139,21 @@ def _counted(answer: Call) -> int:
 class ReplayedModel:
     """A model in a trial that has ended: it decides again by the replies on record, and no provider is asked.
 
-    Its settings are those of the record, so that each request has to be the one that was sent. One without a reply is
-    a ``ModelFault``.
+    Its settings are those of the record, so that each request has to be the one that was sent. ``recall`` leads from
+    step, turn and request to the reply; None without one, which is a ``ModelFault``.
     """
 
     unseeded = True
 
-    def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Recall) -> None:
+    def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
         self.facts, self._recall, self._model = facts, recall, Model.as_sent(spec, facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record."""
 
-        async def ask(*asked: object) -> Call:
-            raise ModelFault("there is no such reply")
+        async def ask(new: Call, *asked: object) -> Call:
+            if (known := self._recall(new.step, new.turn, new.request)) is None:
+                raise ModelFault("there is no such reply")
+            return known
 
-        return await decided(situation, self._model, ask, self._recall)
+        return await decided(situation, self._model, ask)
