@@ -58,9 +58,6 @@ _V = TypeVar("_V")
 _TOGETHER = -1
 """Stands for all interventions together among the numbers of those that changed a step."""
 
-_TRUTHS = {False, True}
-
-
 Executor = Callable[[Callable[[], Any]], Awaitable[Any]]
 """Runs the blocking work of plants and channels and returns its result: here, or in another thread or process."""
 
@@ -97,7 +94,7 @@ async def play(
     plant: Callable[[], Plant],
     interventions: Sequence[Intervention] | Places,
     agent: Agent,
-    on_step: Callable[[Step], None] | None = None,
+    on_step: Callable[[Step], object] = lambda step: None,
     keep: Callable[[Picture], None] | None = None,
     place: Executor = here,
     recorded: Trial | None = None,
@@ -248,7 +245,7 @@ class _Loop:
         self.said: Snapshot | None = None
         self.changed = [set[int]()]
 
-    async def run(self, on_step: Callable[[Step], None] | None) -> Ending:
+    async def run(self, on_step: Callable[[Step], object]) -> Ending:
         """Look at the box for the first time, and play step by step; how the trial ends."""
         snapshot, self.state, moment = await self.at(self._happened)
         sensed, self.part = facts_of(snapshot.sensed), None
@@ -256,8 +253,7 @@ class _Loop:
         self.opening = {"opening": told.text, "opening_pictures": self._kept(told), "opening_sensed": sensed}
         for _ in range(self.plan.budget):
             step = await self.step()
-            if on_step is not None:
-                on_step(step)
+            on_step(step)
             if step.moved and step.joint == self.plan.box.target:
                 return "solved"
         return "budget"
@@ -363,7 +359,7 @@ class _Loop:
         if told.joint is not None and told.joint not in joints:
             raise ChannelFault(f"{told.joint!r} is not a joint")
         where = told.positions
-        if where is not None and not (len(where) == len(joints) and {*where} <= _TRUTHS):
+        if not (where is None or where is was.positions or (len(where) == len(joints) and {*where} <= {False, True})):
             raise ChannelFault(f"positions {where!r} are not one truth value for each of {len(joints)} joints")
         self.part = PlantFault
         told = told if told.look is None else told.but(look=None)

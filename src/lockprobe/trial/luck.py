@@ -31,10 +31,6 @@ class _Nowhere(np.random.bit_generator.ISeedSequence):
         return np.zeros(n_words, dtype)
 
 
-_ORIGIN = np.zeros(4, np.uint64)
-"""Where it begins: a number would take it twice the time."""
-
-
 class Luck:
     """The luck of one trial. Its streams share one generator, which each call of :meth:`at` moves.
 
@@ -44,7 +40,8 @@ class Luck:
 
     def __init__(self, *, seed: int, box: str, repetition: int, trial: int, time: int = 1) -> None:
         self.seed, self.box, self.repetition, self.trial, self.time = seed, box, repetition, trial, time
-        self.generator = np.random.Generator(np.random.Philox(_Nowhere(), counter=_ORIGIN))  # type: ignore[arg-type]
+        origin = np.zeros(4, np.uint64)  # as a number it would take twice the time
+        self.generator = np.random.Generator(np.random.Philox(_Nowhere(), counter=origin))  # type: ignore[arg-type]
         self._address: dict[str, Any] = {}
         drawn = {"buffer": (0, 0, 0, 0), "buffer_pos": 4, "has_uint32": 0, "uinteger": 0}  # nothing of a block of four
         self._state = {"bit_generator": "Philox", "state": self._address, **drawn}
