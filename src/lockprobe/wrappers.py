@@ -19,7 +19,7 @@ import os
 import string
 from collections.abc import Callable, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypedDict, Unpack
 
@@ -101,7 +101,8 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the very first one is given a seed if it has none, so that it can be repeated."""
         if seed is None and self._episode is not None:
-            luck = replace(self._episode.luck, trial=self._episode.luck.trial + 1)
+            last = self._episode.luck
+            luck = Luck(seed=last.seed, box=self.box, repetition=1, trial=last.trial + 1)
         else:
             seed = int(np.random.default_rng().integers(2**31) if seed is None else seed)
             luck = Luck(seed=seed, box=self.box, repetition=1, trial=1)
