@@ -135,8 +135,7 @@ def usable(decision: Decision, task: Task) -> Decision:
         plain = decision is None or isinstance(decision, str | int | float)
         found = shortened(decision) if plain else f"an object of type {type(decision).__name__}"
         raise ReplyFault(f"decide returned {found}; return Decision(joint=…)")
-    chances, kept = decision.probabilities, decision.replies
-    kept = tuple(map(str, kept)) if kept and isinstance(kept, tuple) else ()
+    chances, kept = decision.probabilities, tuple(map(str, decision.replies or ()))
     try:
         plain = type(chances) is tuple and all(type(one) is float and 0 <= one <= 1 for one in chances)
         if not (chances is None or plain) or _beside(decision) != _NOTHING:

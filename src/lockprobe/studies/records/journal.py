@@ -237,12 +237,10 @@ def _claimed(directory: Path, study: Study, recorded: Mapping[str, int]) -> Stud
     if played or (path.exists() and recorded["act"]):  # who has joined plays this study
         there = read_study(directory)
         if different := study.differences(there, but=SIZES if len(there.earlier) < len(study.earlier) else ()):
-            for name in ("trials", "strategy_trials") if len(study.boxes) == len(there.boxes) > 1 else ():
+            for name in ("trials", "strategy_trials") if (boxes := len(study.boxes)) == len(there.boxes) > 1 else ():
                 if different.pop(name, None):  # as they are typed
-                    own, asked = (
-                        size and size // len(study.boxes) for size in (getattr(there, name), getattr(study, name))
-                    )
-                    different[f"{name} on each of {len(study.boxes)} boxes"] = own, asked
+                    own, asked = getattr(there, name), getattr(study, name)
+                    different[f"{name} on each of {boxes} boxes"] = own and own // boxes, asked and asked // boxes
             raise SettingsChanged(directory, different)
         study = replace(
             study.ordered_as(there),
