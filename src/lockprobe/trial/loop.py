@@ -9,10 +9,11 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from functools import partial
 from itertools import chain
 from traceback import walk_tb
+from types import TracebackType
 from typing import Any, TypeVar
 
 from lockprobe.boxes.box import bits
@@ -67,24 +68,36 @@ async def here(work: Callable[[], _T], /) -> _T:
 
 
 _PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
-"""What is nobody's fault. An agent's sys.exit() does not pass: it ends its trial, not the study."""
+"""What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
 
 
-def _fault_of(error: BaseException, part: type[TrialFault] | None) -> TrialFault | None:
-    """The fault that an error is in a part of the trial; None if it has to pass, as all do outside of these parts.
+class Boundary(AbstractContextManager[None]):
+    """Turns any error inside into one kind of fault. Lockprobe's own errors pass unchanged.
 
-    Of code that somebody wrote for an agent the message names file and line.
+    ``part`` is what the message calls code that somebody wrote for this part; its file and line are named then.
     """
-    if isinstance(error, TrialFault):
-        return error
-    if part is None or isinstance(error, _PASSING):
-        return None
-    if isinstance(error, asyncio.CancelledError):  # one that only says so, as after a timeout inside, is an error
-        with suppress(RuntimeError):  # nothing here can be cancelled
-            if (task := asyncio.current_task()) is not None and task.cancelling() > 0:
-                return None
-    line = own_line(walk_tb(error.__traceback__)) if part is ModelFault else ""
-    return part(f"{f'in the agent ({line}): ' if line else ''}{kind_and_words(error)}")
+
+    __slots__ = ("_fault", "_part")
+
+    def __init__(self, fault: type[TrialFault], part: str = "") -> None:
+        self._fault, self._part = fault, part
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None or isinstance(error, _PASSING):
+            return
+        if isinstance(error, asyncio.CancelledError):  # one that only says so, as after a timeout inside, is an error
+            with suppress(RuntimeError):  # nothing here can be cancelled
+                if (task := asyncio.current_task()) is not None and task.cancelling() > 0:
+                    return
+        line = own_line(walk_tb(trace)) if self._part else ""
+        where = f"in {self._part} ({line}): " if line else ""
+        raise self._fault(f"{where}{kind_and_words(error)}") from error
+
+
+AGENT = Boundary(ModelFault, "the agent")
+INTERVENTIONS, PLANT = Boundary(ChannelFault), Boundary(PlantFault)
 
 
 async def play(
@@ -123,20 +136,17 @@ async def play(
     try:
         try:
             ending = await loop.run(on_step)
-        except BaseException as error:
-            if (fault := _fault_of(error, loop.part)) is None:
-                raise
+        except TrialFault as broke:
+            fault = broke
         try:
-            loop.part = ModelFault
-            facts = facts_of(agent.facts)
-            loop.part = PlantFault
-            if loop.plant is not None and (said := loop.plant.facts):
-                of_plant = facts_of({"plant": plan.plant, **said})
-                if recorded is not None and CAMERA in recorded.opening_sensed and "renderer" in of_plant:
-                    of_plant["renderer"] = recorded.plant.get("renderer")
-        except BaseException as error:
-            if (broke := _fault_of(error, loop.part)) is None:
-                raise
+            with AGENT:
+                facts = facts_of(agent.facts)
+            with PLANT:
+                if loop.plant is not None and (said := loop.plant.facts):
+                    of_plant = facts_of({"plant": plan.plant, **said})
+                    if recorded is not None and CAMERA in recorded.opening_sensed and "renderer" in of_plant:
+                        of_plant["renderer"] = recorded.plant.get("renderer")
+        except TrialFault as broke:
             ending, fault = "error", fault or broke
     finally:
         if loop.plant is not None:
@@ -208,7 +218,6 @@ class _Loop:
 
     Attributes:
         plant: The plant; None before the first look.
-        part: The fault that an error is now, by whose code works; None while only Lockprobe's own does.
         opening: What the record has of the first look.
         turns: What the agent was told and decided so far, but for the report that it has not answered.
         sensed: What was sensed on a record of the trial, if its readings are taken.
@@ -235,7 +244,6 @@ class _Loop:
         self.patient = not type(agent).__module__.startswith("lockprobe.")  # which have limits of their own
         self.unsaid = Briefing(hypothesis=plan.hypothesis)
         self.plant: Plant | None = None
-        self.part: type[TrialFault] | None = None
         self.sensed = [recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else []
         self.opening: Mapping[str, Any] = {"opening": ""}
         self.steps, self.turns, self.moments = list[Step](), tuple[Turn, ...](), tuple[Moment, ...]()
@@ -246,8 +254,9 @@ class _Loop:
 
     async def run(self, on_step: Callable[[Step], object]) -> Ending:
         """Look at the box for the first time, and play step by step; how the trial ends."""
-        snapshot, self.state, moment = await self.at(self._happened)
-        sensed, self.part = facts_of(snapshot.sensed), None
+        with PLANT:
+            snapshot, self.state, moment = await self.at(self._happened)
+            sensed = facts_of(snapshot.sensed)
         self.moments, self.shown, told = (moment,), moment.shown, moment.told
         self.opening = {"opening": told.text, "opening_pictures": self._kept(told), "opening_sensed": sensed}
         for _ in range(self.plan.budget):
@@ -263,33 +272,34 @@ class _Loop:
         labels, joints, fork = self.names.labels, self.plan.box.joints, self.fork
         turns, briefing, report = self.turns, self.unsaid, past[-1].told
         if acting["remembered"] or acting["asked"]:  # their luck is that of the report
-            self.part = ChannelFault
-            turns = self._passed(acting["remembered"], turns, number - 1)
-            if not isinstance(turns, tuple):
-                raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-            briefing = self._passed(acting["asked"], briefing, number - 1)
-            briefing.remark.encode()  # breaks if it cannot be written
+            with INTERVENTIONS:
+                turns = self._passed(acting["remembered"], turns, number - 1)
+                if not isinstance(turns, tuple):
+                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+                briefing = self._passed(acting["asked"], briefing, number - 1)
+                briefing.remark.encode()  # breaks if it cannot be written
         recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
-        self.part = ModelFault
-        if recorded is not None and getattr(self.agent, "unseeded", False):
-            decision = recorded.decision  # nothing is asked that is on record, but an agent that draws from its stream
-        else:
-            situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
-            answer = self.agent.decide(situation, self.luck.at("agent", number))
-            if self.patient:
-                answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
-            decision = await answer
+        with AGENT:  # of a fork nothing is asked that is on record, but an agent that draws from its stream
+            if recorded is not None and getattr(self.agent, "unseeded", False):
+                decision = recorded.decision
+            else:
+                situation = Situation(task=task, past=turns, percept=report, briefing=briefing)
+                answer = self.agent.decide(situation, self.luck.at("agent", number))
+                if self.patient:
+                    answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
+                decision = await answer
         decision = usable(decision, task)
         label = decision.joint
         if acting["done"]:
-            self.part = ChannelFault
-            label = self._passed(acting["done"], label, number)
-            if label not in task.joints:
-                raise ChannelFault(f"{label!r} is not a joint")
+            with INTERVENTIONS:
+                label = self._passed(acting["done"], label, number)
+                if label not in task.joints:
+                    raise ChannelFault(f"{label!r} is not a joint")
         joint = labels.index(label)
         self.changed.append(set())
-        snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
-        sensed, self.part = facts_of(snapshot.sensed) if snapshot.sensed else {}, None
+        with PLANT:
+            snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
+            sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
         moved, told = snapshot.outcome == "moved", moment.told
         told_moved, told_state = self._compared(moment, state, moved=moved)
         step = object.__new__(Step)  # whose constructor takes three times as long, as it is frozen
@@ -316,7 +326,7 @@ class _Loop:
             if number < fork.name.at and not self.on_record:
                 raise ModelFault(f"step {number} cannot be replayed from the record without asking the agent again")
             if number == fork.name.at and fork.name.time > 1:  # each continuation but the first has luck of its own
-                self.luck = self.plan.luck.again(fork.name.time)
+                self.luck = self.plan.luck.but(time=fork.name.time)
         return step
 
     def _happened(
@@ -328,7 +338,6 @@ class _Loop:
         of a fork acts in place of what acts on the facts of its report.
         """
         names, source, past, fork, step = self.names, self.source, self.moments, self.fork, len(self.moments)
-        self.part = PlantFault
         if self.plant is None:
             self.plant = self.make()
         snapshot = self.plant.observe() if joint is None else self.plant.attempt(joint)
@@ -347,21 +356,22 @@ class _Loop:
         if arm is not None:
             own = {id(one) for one in arm.acting}
             channels = [one for one in channels if id(one.one) in own]
-        self.part = ChannelFault
-        told = self._passed(channels, told, step, showing.traits.shown if showing else None)
-        if showing is not None:
-            facts = told if told.look is None else told.but(look=None)
-            luck = self.luck.at(showing.stream, step) if showing.traits.draws else self.luck.generator
-            told = showing.act(told, past, names.task, luck)
-        if self.places.after:
-            told = self._passed(self.places.after, told, step)
-        told.text.encode()  # breaks if it cannot be written
-        if told.joint is not None and told.joint not in joints:
-            raise ChannelFault(f"{told.joint!r} is not a joint")
-        where = told.positions
-        if not (where is None or where is was.positions or (len(where) == len(joints) and {*where} <= {False, True})):
-            raise ChannelFault(f"positions {where!r} are not one truth value for each of {len(joints)} joints")
-        self.part = PlantFault
+        with INTERVENTIONS:
+            told = self._passed(channels, told, step, showing.traits.shown if showing else None)
+            if showing is not None:
+                facts = told if told.look is None else told.but(look=None)
+                luck = self.luck.at(showing.stream, step) if showing.traits.draws else self.luck.generator
+                told = showing.act(told, past, names.task, luck)
+            if self.places.after:
+                told = self._passed(self.places.after, told, step)
+            told.text.encode()  # breaks if it cannot be written
+            if told.joint is not None and told.joint not in joints:
+                raise ChannelFault(f"{told.joint!r} is not a joint")
+            where = told.positions
+            if not (
+                where is None or where is was.positions or (len(where) == len(joints) and {*where} <= {False, True})
+            ):
+                raise ChannelFault(f"positions {where!r} are not one truth value for each of {len(joints)} joints")
         told = told if told.look is None else told.but(look=None)
         return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
 
@@ -399,10 +409,8 @@ class _Loop:
 
     def _look(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
         """Take a picture for a channel. A failure is the plant's fault."""
-        self.part = PlantFault
-        frame = self.names.picture(snapshot, positions)
-        self.part = ChannelFault
-        return frame
+        with PLANT:
+            return self.names.picture(snapshot, positions)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self.keep is not None:

@@ -57,9 +57,10 @@ class Luck:
         self.generator.bit_generator.state = self._state
         return self.generator
 
-    def again(self, time: int) -> Luck:
-        """The luck of another continuation of a fork."""
-        return Luck(seed=self.seed, box=self.box, repetition=self.repetition, trial=self.trial, time=time)
+    def but(self, **changes: Any) -> Luck:
+        """The luck of another trial, or of another continuation, by what differs: ``but(trial=8)``."""
+        address = {"seed": self.seed, "box": self.box, "repetition": self.repetition, "trial": self.trial}
+        return Luck(**address | {"time": self.time} | changes)
 
     def physics(self) -> np.random.Generator:
         """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""
