@@ -59,8 +59,8 @@ class Luck:
 
     def but(self, **changes: Any) -> Luck:
         """The luck of another trial, or of another continuation, by what differs: ``but(trial=8)``."""
-        address = {"seed": self.seed, "box": self.box, "repetition": self.repetition, "trial": self.trial}
-        return Luck(**address | {"time": self.time} | changes)
+        own: dict[str, Any] = {name: getattr(self, name) for name in ("seed", "box", "repetition", "trial", "time")}
+        return Luck(**own | changes)
 
     def physics(self) -> np.random.Generator:
         """What a plant draws from, as its own time passes: the one generator of a trial that goes on. It can spawn."""
