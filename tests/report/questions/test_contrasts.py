@@ -86,7 +86,7 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
             "condition of the contrast a: got ('truth', 'truth'), expected every one once, and on one side alone",
         ),
         ({"a": {"of": [], "minus": "truth"}}, "contrasts: "),
-        ({"a": {"of": "truth"}}, "contrasts: "),
+        ({"a": {"of": "truth"}}, "contrasts.a.minus: is missing"),
     ],
 )
 def test_what_is_no_contrast_is_refused_in_one_line(contrasts, message):
