@@ -1,4 +1,4 @@
-"""``lockprobe report``: writes the report of a study, or compares several studies on one page."""
+"""``lockprobe report``: writes the report of a study, compares several on one page, or reports a file of episodes."""
 
 from __future__ import annotations
 
@@ -20,16 +20,20 @@ _PAPER = "Also write paper/: the exhibits of the paper and all other figures as 
 
 _PAGE = Path("compare.html")
 
-_DIRECTORIES = "The directory of a study; several are compared on one page."
+_DIRECTORIES = "The directory of a study; several are compared on one page. Or files of anyone's episodes."
 _AGENT = study_help("agent", "all; of several studies, fewer need less correction")
-_OUT = options.with_brackets(options.OUT, f"several studies: {_PAGE}")
+_OUT = options.with_brackets(options.OUT, f"several studies: {_PAGE}; episodes: NAME-report")
+_MAP = "Of episodes: which column is which, a TOML file or one of inspect, balrog, gymnasium (their own names)."
+_FIRST = "Of episodes: loops are compared in so many first steps."
 
 
 def report(
-    directories: Annotated[list[Path], typer.Argument(metavar="DIR...", help=_DIRECTORIES)],
+    directories: Annotated[list[Path], typer.Argument(metavar="DIR|FILE...", help=_DIRECTORIES)],
     paper: Annotated[bool, typer.Option("--paper", help=_PAPER)] = False,
     agent: Annotated[list[str] | None, typer.Option(help=_AGENT)] = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help=_OUT)] = None,
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help=_OUT)] = None,
+    columns: Annotated[str, typer.Option("--map", metavar="FILE|NAME", help=_MAP)] = "",
+    first: Annotated[int, typer.Option(min=6, max=1000, help=_FIRST)] = 20,
     json: options.AsJson = False,
 ) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records; compare several studies on one page.
@@ -38,7 +42,14 @@ def report(
     Conditions are matched by what acts in them, whatever they are called; what only one study has is named. Studies of
     one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
     boxes, budgets of steps, plants or modalities are refused.
+
+    A file of episodes (.csv, .jsonl, .parquet, or a log of Inspect) has a row an episode or a step of any task.
     """
+    if columns or any(one.suffix and not one.is_dir() for one in directories):
+        if paper or agent:
+            raise Conflict("--paper and --agent", "a file of episodes", "they are of studies")
+        _episodes(directories, columns, first, out, json=json)
+        return
     if len(directories) > 1:
         if paper:
             raise Conflict("--paper", "several studies", "it is of the report of one")
@@ -54,6 +65,18 @@ def report(
         facts["paper"] = where = str(write_paper(found, directories[0]))
         lines.insert(1, f"Paper: {where} (the exhibits by their names in the paper; example.tex puts all together)")
     print(json_.dumps(facts) if json else "\n".join(map(printable, lines)), flush=True)
+
+
+def _episodes(files: Sequence[Path], columns: str, first: int, out: Path | None, *, json: bool) -> None:
+    from lockprobe.episodes.columns import read_map
+    from lockprobe.episodes.page import write_episodes
+
+    made = write_episodes(files, read_map(columns), first=first, out=out)
+    if json:
+        print(json_.dumps({"report": str(made.path), "answer": made.found.answer, "notes": made.notes}))
+        return
+    for line in (f"Report: {made.path}", f"Answer: {made.found.answer}", *made.notes):
+        print(printable(line))
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:

@@ -7,11 +7,12 @@ Inspect AI imports this module whenever a model is opened, so what plays a study
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lockprobe.foundation.errors import FINAL, BadValue, needing
+from lockprobe.foundation.errors import FINAL, BadFile, BadValue, kind_and_words, needing
 
 with needing("Inspect tasks", "inspect"):
     from inspect_ai import Task, task
@@ -156,3 +157,35 @@ def played() -> Scorer:
         return Score(value=value, answer=answer, metadata=metadata)
 
     return score
+
+
+def logged_samples(path: Path) -> Iterator[dict[str, Any]]:
+    """The samples of a log, as rows of episodes: model, task, arguments of the task, sample, epoch, score, actions.
+
+    A sample that ended in an error has no score.
+
+    Raises:
+        BadFile: If it is no log.
+    """
+    from inspect_ai.log import read_eval_log
+    from inspect_ai.scorer import value_to_float
+
+    try:
+        log = read_eval_log(str(path), resolve_attachments=False)
+    except Exception as error:  # noqa: BLE001  whatever a reader that is not ours makes of a file that is no log
+        raise BadFile(path, f"not a log of Inspect ({kind_and_words(error)})") from None
+    number, said = value_to_float(), " ".join(f"{name}={value}" for name, value in sorted(log.eval.task_args.items()))
+    for sample in log.samples or ():
+        messages = [message for message in sample.messages if message.role == "assistant"]
+        score = next(iter((sample.scores or {}).values()), None)
+        value = None if score is None else score.value
+        value = next(iter(value.values()), None) if isinstance(value, Mapping) else value
+        yield {
+            "agent": log.eval.model,
+            "condition": said or log.eval.task,
+            "task": str(sample.id),
+            "seed": str(sample.epoch),
+            "score": None if value is None or sample.error else number(value),
+            "steps": len(messages),
+            "actions": [call.function for message in messages for call in message.tool_calls or ()],
+        }

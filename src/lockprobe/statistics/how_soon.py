@@ -155,13 +155,13 @@ def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, A
 def excess(feature: Array, last: NDArray[np.int64], happened: NDArray[np.bool_], cluster: NDArray[np.int64]) -> Hazard:
     """Excess of events with a feature, given the trials at risk at each step.
 
-    Columns have the shape (trials,): the feature; the step of the event, or the last one without it; whether it
-    happened there; the cluster of luck, from 0.
+    Columns have the shape (trials,): the feature, or its value at each step, (trials, steps); the step of the event, or
+    the last one without it; whether it happened there; the cluster of luck, from 0.
     """
     running, event = grid(last, happened)
-    n = running.sum(axis=0)
+    n, by_step = running.sum(axis=0), feature.reshape(len(feature), -1)
     some = np.maximum(n, 1.0)
-    score = running * (feature[:, None] - feature @ running / some) * (event - event.sum(axis=0) / some)
+    score = running * (by_step - (by_step * running).sum(axis=0) / some) * (event - event.sum(axis=0) / some)
     unbiased = np.sum(score * np.sqrt(n / np.maximum(n - 1, 1.0)), axis=1)
     sums = np.round(np.bincount(cluster, weights=unbiased), 10)  # rounding noise is not evidence
     total, error, clusters = float(score.sum()), float(np.sqrt(sums @ sums)), len(sums)

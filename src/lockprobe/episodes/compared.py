@@ -1,0 +1,129 @@
+"""Two sides of episodes compared: in pairs of equal task and seed where these match, else over tasks, else one by one.
+
+All of it is a mean of differences over blocks (:mod:`lockprobe.statistics.blocks`). Where seeds match a block is a task
+and a seed, and a pair has equal luck. Where too few do, a block is a task, and its difference that of the means of both
+sides on it, so that a side with more episodes of easy tasks is not better for it. On one task, without pairs, episodes
+are independent. An episode of which nobody says how it ended is neither a success nor a failure: interval and P value
+hold whatever it was.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.episodes.frame import Array, Codes, Episodes, Flags, position
+from lockprobe.statistics.blocks import FEWEST, Blocks, block_mean, mean_of_blocks
+from lockprobe.statistics.broken_trials import bounded
+from lockprobe.statistics.clustered import clustered_difference
+from lockprobe.statistics.outcomes import BlockOrder
+from lockprobe.statistics.pairs import mean_over_boxes
+from lockprobe.statistics.proportions import Difference
+
+_THOUSAND = 1000.0
+"""Differences are whole numbers of thousandths, as sign flips need them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sides:
+    """The episodes of two sides that can be compared.
+
+    Attributes:
+        by: What a difference is of.
+        first, second: Places of the episodes of each side; of pairs the two of each, in the order of luck.
+        key: The number of the task of every episode and of what sides have in common, such as the agent.
+        tasks: The number of the task for each such number.
+    """
+
+    by: Literal["pairs", "tasks", "episodes"]
+    first: Codes
+    second: Codes
+    key: Codes
+    tasks: Codes
+
+
+def sides(episodes: Episodes, first: Flags, second: Flags, other: Codes) -> Sides:
+    """What two sides have in common, which are equal in ``other``: pairs if these have blocks enough, else tasks."""
+    many = int(other.max()) + 1
+    key, tasks = episodes.task * many + other, np.repeat(np.arange(len(episodes.tasks)), many)
+    one, two = episodes.pairs(first, second, other)
+    if len(np.unique(episodes.luck[one])) >= FEWEST:
+        return Sides(by="pairs", first=one, second=two, key=key, tasks=tasks)
+    shared = np.isin(key, np.intersect1d(key[first], key[second]))
+    one, two = np.flatnonzero(first & shared), np.flatnonzero(second & shared)
+    return Sides(by="tasks" if len(episodes.tasks) > 1 else "episodes", first=one, second=two, key=key, tasks=tasks)
+
+
+def compare(
+    episodes: Episodes, of: Sides, values: Array, *, choices: int = 1, every_look: bool = False
+) -> tuple[float, float, Difference]:
+    """The means of both sides, and the second minus the first; of nothing where nothing can be compared.
+
+    Interval and P value are corrected for ``choices`` (Bonferroni). With ``every_look`` both hold however often one
+    looks, at blocks in the order of the file.
+    """
+    one, two = values[of.first], values[of.second]
+    ends = [(one, two)]
+    if np.isnan(one).any() or np.isnan(two).any():
+        ends += [(np.where(np.isnan(one), 1 - end, one), np.where(np.isnan(two), end, two)) for end in (0.0, 1.0)]
+    found = [_change(episodes, of, low, high, choices, every_look=every_look) for low, high in ends]
+    if of.by == "pairs":
+        one, two = (side[~np.isnan(two - one)] for side in (one, two))
+    means = [float(np.nanmean(side)) if not np.isnan(side).all() else math.nan for side in (one, two)]
+    return means[0], means[1], bounded(*found) if len(found) > 1 else found[0]
+
+
+def _change(episodes: Episodes, of: Sides, low: Array, high: Array, choices: int, *, every_look: bool) -> Difference:
+    """The mean difference over blocks, of these values of both sides."""
+    if of.by == "episodes":
+        both, later = np.r_[low, high], np.repeat([False, True], [len(low), len(high)])
+        known = np.flatnonzero(~np.isnan(both))
+        if not 0 < later[known].sum() < len(known):
+            return Difference(value=math.nan)
+        return replace(clustered_difference(both[known], later[known], known, known, choices=choices), n=len(known))
+    apart, block, task = high - low, episodes.luck[of.first], episodes.task[of.first]
+    if of.by == "tasks":
+        apart = _means(high, of.key[of.second], len(of.tasks)) - _means(low, of.key[of.first], len(of.tasks))
+        block = task = of.tasks[~np.isnan(apart)]
+        apart = apart[~np.isnan(apart)]
+    rows, first = laid(apart, block), np.unique(block, return_index=True)[1]
+    blocks = Blocks(
+        solved=rows,
+        steps=rows,
+        person=np.empty((0, 0), dtype=np.str_),
+        box=task[first].astype(np.str_) if len(np.unique(task)) > 1 else np.empty(0, dtype=np.str_),
+        place=np.arange(len(rows)),
+        order=BlockOrder(plans=((1, len(rows)),)) if every_look else None,
+    )
+    return mean_of_blocks(np.rint(rows * _THOUSAND), blocks, unit=_THOUSAND, factor=1 / _THOUSAND, choices=choices)
+
+
+def _means(values: Array, key: Codes, size: int) -> Array:
+    """The mean of the values of each number, NaN of one without any."""
+    known = ~np.isnan(values)
+    counts = np.bincount(key[known], minlength=size)
+    found: Array = np.bincount(key[known], values[known], size) / np.where(counts > 0, counts, np.nan)
+    return found
+
+
+def laid(values: Array, block: Codes) -> Array:
+    """Values by block (rows), one beside the other; NaN where a block has fewer."""
+    row, column = np.unique(block, return_inverse=True)[1].reshape(-1), position(block)
+    table = np.full((int(row.max(initial=-1)) + 1, int(column.max(initial=-1)) + 1), np.nan)
+    table[row, column] = values
+    return table
+
+
+def mean_of(episodes: Episodes, at: Flags, values: Array) -> Difference:
+    """The mean of some episodes, such as their score, with an interval clustered by luck and by task, within [0, 1]."""
+    chosen = np.flatnonzero(at & ~np.isnan(values))
+    luck, task = episodes.cluster(chosen, fewest=len(episodes) + 1), episodes.task[chosen]
+    found = block_mean(laid(values[chosen], luck))
+    if found.n and len(np.unique(task)) > 1:
+        means, first = _means(values[chosen], luck, int(luck.max()) + 1), np.unique(luck, return_index=True)[1]
+        found = mean_over_boxes(found, means, task[first])
+    low, high = (end if end is None else min(1.0, max(0.0, end)) for end in (found.low, found.high))
+    return replace(found, low=low, high=high, p_value=None)

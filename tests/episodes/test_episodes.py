@@ -1,0 +1,341 @@
+"""``lockprobe report`` of anybody's episodes: what is read, what is said, and that its numbers are right."""
+
+import csv
+import json
+import math
+import time
+from collections import defaultdict
+from itertools import pairwise, permutations, product
+from statistics import fmean, stdev
+
+import numpy as np
+import pytest
+from episode_worlds import episodes, looping, made_by_example, world
+from scipy import stats
+
+from lockprobe.episodes.answers import AGENTS, BY_STEP, CONDITIONS, EACH_AGENT, EARLY, FIRST, LOOKS, SOON, results_of
+from lockprobe.episodes.columns import read_map
+from lockprobe.episodes.compared import compare, sides
+from lockprobe.episodes.loops import Played, chance
+from lockprobe.episodes.page import write_episodes
+from lockprobe.episodes.reading import read_episodes
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.statistics.loops import onset
+
+
+def answers(of, k=20):
+    return results_of(of, k, name="x", digest="")
+
+
+@pytest.fixture(scope="module")
+def mazes(tmp_path_factory):
+    return made_by_example(tmp_path_factory.mktemp("mazes") / "mazes.csv")
+
+
+@pytest.fixture(scope="module")
+def report(mazes):
+    return write_episodes([mazes], read_map(), first=20, out=mazes.parent / "out")
+
+
+HEAD = "agent,condition,task,seed,solved,score,steps,actions\n"
+
+WRONG = [
+    (".csv", HEAD + "a,c,t,1,2,,,\n", "", "line 2, column solved: got '2', expected 0 or 1, or true or false"),
+    (".csv", HEAD + "a,c,t,1,,nan,,\n", "", "line 2, column score: got 'nan', expected a number from 0 to 1"),
+    (".csv", HEAD + "a,c,t,1,,1.5,,\n", "", "line 2, column score: got '1.5', expected a number from 0 to 1"),
+    (".csv", HEAD + "a,c,t,1,1,,2.5,\n", "", "line 2, column steps: got '2.5', expected a whole number from 0"),
+    (".csv", HEAD + "a,c,t,1,1,,,[1\n", "", "line 2, column actions: got '[1', expected a JSON list of texts, or words"),
+    (".csv", HEAD + "a,c,t,1,1,,,\na,c,t,1,0,,,\n", "", "line 3: got the episode of line 2 again, expected each once"),
+    (".csv", HEAD + f"{'a' * 2000},c,t,1,1,,,\n", "", "column agent: got 'aaaaaaaaaaaaaaaaaaa… (2002 characters), expected a text of at"),
+    (".csv", HEAD + "a,c\n", "", "line 2: got 2 cells, expected 8"),
+    (".csv", "agent,agent\n", "", "line 1: got a column twice"),
+    (".csv", HEAD, "", "got no row, expected an episode"),
+    (".csv", "", "", "got no row, expected an episode"),
+    (".csv", b"agent\n\xff\xfe\n", "", "line 2: got the byte 0xff, expected text in UTF-8"),
+    (".csv", 'agent\n"a\n', "", "line 2: not CSV"),
+    (".csv", "agent\n" + "".join(f"{i}\n" for i in range(31)), "", "column agent: got 31 names, expected at most 30"),
+    (".csv", HEAD + "a,c,t,1,1,,,\n", 'task = "level"', "x.csv is called 'level'; there are: agent, condition"),
+    (".csv", HEAD + "a,c,t,1,1,,,\n", 'control = "d"', "no condition of the episodes is called 'd'"),
+    (".csv", HEAD, 'tusk = "level"', "is called 'tusk' (did you mean 'task'?)"),
+    (".csv", HEAD, "agent = 3", "agent: got 3, expected the name of a column, { constant = VALUE }"),
+    (".csv", HEAD, 'preset = "x"', "no preset is called 'x'"),
+    (".jsonl", '{"agent": "a"}\nno\n', "", "line 2: not JSON"),
+    (".jsonl", "[1]\n", "", "line 1: got '[1]', expected a JSON object"),
+    (".jsonl", '{"score": NaN}\n', "", "line 1, column score: got nan, expected a number from 0 to 1"),
+    (".jsonl", '{"agent": ["a"]}\n', "", "line 1, column agent: got ['a'], expected a text"),
+    (".jsonl", '{"task": "t", "step": 1}\n{"task": "t", "step": 1}\n', "", "line 2: got the step of line 1 again"),
+    (".parquet", b"PAR1 rubbish PAR1", "", "not Parquet"),
+    (".eval", b"rubbish", "", "not a log of Inspect"),
+    (".xls", b"", "", "expected a name that ends in .csv, .jsonl, .parquet, .eval"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "content", "mapped", "said"), WRONG)
+def test_a_mistake_is_one_line_with_file_line_and_column(kind, content, mapped, said, tmp_path):
+    path, toml = tmp_path / f"x{kind}", tmp_path / "map.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    toml.write_text(mapped)
+    with pytest.raises(UserMistake) as mistake:
+        read_episodes([path], read_map(str(toml) if mapped else ""))
+    assert said in str(mistake.value)
+    assert "\n" not in str(mistake.value)
+
+
+def test_a_file_of_more_rows_than_a_page_can_say_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("lockprobe.episodes.reading.MOST_ROWS", 2)
+    (tmp_path / "x.csv").write_text("agent\na\nb\nc\n")
+    with pytest.raises(UserMistake, match="line 4: got more than 2 rows"):
+        read_episodes([tmp_path / "x.csv"], read_map())
+
+
+def rows_of(found):
+    return [row.plain() for row in found.rows]
+
+
+def test_rows_of_episodes_and_of_steps_in_every_kind_of_file_say_the_same(mazes, tmp_path):
+    """Steps in any order, solved if any row says so, the last score that is there."""
+    arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    rows = list(csv.DictReader(mazes.read_text().splitlines()))
+    lines = [row | {"solved": row["solved"] == "1", "actions": row["actions"].split()} for row in rows]
+    (tmp_path / "x.jsonl").write_text("\n".join(map(json.dumps, lines)))
+    parquet.write_table(arrow.Table.from_pylist(lines), tmp_path / "x.parquet")
+    keys = ("agent", "condition", "task", "seed")
+    steps = [
+        {key: row[key] for key in keys} | {"step": i, "action": one, "solved": int(row["solved"]) * (i == 2), "told": "?"}
+        for row in rows for i, one in enumerate(row["actions"].split(), 1)
+    ]  # fmt: skip
+    with (tmp_path / "x.csv").open("w") as file:
+        writer = csv.DictWriter(file, steps[0])
+        writer.writeheader()
+        writer.writerows(sorted(steps, key=lambda row: -row["step"]))
+    several = {kind: read_episodes([tmp_path / f"x{kind}"], read_map()) for kind in (".jsonl", ".parquet", ".csv")}
+    first = read_episodes([mazes], read_map())
+    for kind in (".jsonl", ".parquet"):
+        assert rows_of(answers(several[kind])) == rows_of(answers(first))
+    long = [int(solved) * (len(did) > 1) for solved, did in zip(first.solved, first.actions, strict=True)]
+    assert _named(several[".csv"], several[".csv"].solved) == _named(first, long)
+
+
+def _named(of, solved):
+    names = [of.agents[i] for i in of.agent], [of.conditions[i] for i in of.condition], [of.tasks[i] for i in of.task]
+    return sorted(zip(*names, of.steps, of.actions, solved, strict=True))
+
+
+def test_presets_constants_and_scales_name_columns(tmp_path):
+    (tmp_path / "b.csv").write_text(
+        "model_id,agent,task,seed,num_steps,progression\nm,cot,t,0,7,0.5\nm,naive,t,0,9,1\n"
+    )
+    found = read_episodes([tmp_path / "b.csv"], read_map("balrog"))
+    assert (found.agents, found.conditions, found.steps.tolist()) == (["m"], ["cot", "naive"], [7, 9])
+    (tmp_path / "g.csv").write_text('#{"t_start": 1.0, "env_id": null}\nr,l,t\n250,12,0.1\n500,13,0.2\n')
+    (tmp_path / "m.toml").write_text(
+        'preset = "gymnasium"\nagent = { constant = "ppo" }\nscore = { column = "r", low = 0, high = 500 }\n'
+    )
+    found = read_episodes([tmp_path / "g.csv"], read_map(str(tmp_path / "m.toml")))
+    assert (found.agents, found.score.tolist(), found.steps.tolist()) == (["ppo"], [0.5, 1], [12, 13])
+    (tmp_path / "m.toml").write_text('control = "naive"\npreset = "balrog"')
+    assert read_episodes([tmp_path / "b.csv"], read_map(str(tmp_path / "m.toml"))).conditions == ["naive", "cot"]
+
+
+def test_logs_of_inspect_are_read_by_its_own_reader_and_an_error_is_no_failure(tmp_path):
+    inspect_ai = pytest.importorskip("inspect_ai")
+    from inspect_ai.dataset import Sample
+    from inspect_ai.model import ModelOutput
+    from inspect_ai.scorer import includes
+
+    @inspect_ai.solver.solver
+    def answering():
+        async def solve(state, generate):
+            state.output = ModelOutput.from_content("model", f"{1 // (state.sample_id != 's2')}")
+            state.messages.append(state.output.message)
+            return state
+
+        return solve
+
+    samples = [Sample(id=f"s{i}", input="?", target=str(i)) for i in range(3)]
+    task = inspect_ai.Task(dataset=samples, solver=answering(), scorer=includes(), name="quiz", fail_on_error=False)
+    inspect_ai.eval(task, model="mockllm/model", log_dir=str(tmp_path), epochs=2, display="none")
+    found = read_episodes(sorted(tmp_path.glob("*.eval")), read_map("inspect"))
+    assert (found.agents, found.conditions) == (["mockllm/model"], ["quiz"])
+    ended = sorted((found.tasks[i], str(end)) for i, end in zip(found.task, found.solved, strict=True))
+    assert ended == [("s0", "0.0"), ("s0", "0.0"), ("s1", "1.0"), ("s1", "1.0"), ("s2", "nan"), ("s2", "nan")]
+
+
+def test_numbers_are_those_of_other_code(mazes, report):
+    """Pairs by hand, Student over tasks by SciPy, O - E of risk sets step by step."""
+    rows, found = list(csv.DictReader(mazes.read_text().splitlines())), report.found
+    by_key = {(r["agent"], r["task"], r["seed"], r["condition"]): r for r in rows}
+    pairs = [
+        (r, by_key[*key[:3], "map"]) for key, r in by_key.items() if key[3] == "plain" and (*key[:3], "map") in by_key
+    ]
+    apart = [int(b["solved"]) - int(a["solved"]) for a, b in pairs]
+    row = next(r for r in found.rows if r.family == CONDITIONS)
+    assert (row.n, row.value) == (len(pairs), pytest.approx(fmean(apart)))
+    blocks, tasks = defaultdict(list), defaultdict(list)
+    for (a, _), d in zip(pairs, apart, strict=True):
+        blocks[a["task"], a["seed"]].append(d)
+    for (task, _), ds in blocks.items():
+        tasks[task].append(fmean(ds))
+    means = [fmean(of) for of in tasks.values()]
+    half = stats.t.ppf(0.975, len(means) - 1) * stdev(means) / math.sqrt(len(means))
+    assert row.low <= fmean(means) - half + 1e-9
+    assert row.high >= fmean(means) + half - 1e-9
+    assert row.clusters == len(blocks)
+    flips = np.random.default_rng(1).choice([-1, 1], (40_000, len(blocks))) @ np.array(
+        [sum(d) for d in blocks.values()]
+    )
+    student = stats.ttest_1samp(means, 0).pvalue
+    assert row.p_value == pytest.approx(max(np.mean(np.abs(flips) >= abs(sum(apart))), student), abs=3e-3)
+    for agent, condition in product({r["agent"] for r in rows}, ("plain", "map")):
+        own = [r | {"did": r["actions"].split()} for r in rows if (r["agent"], r["condition"]) == (agent, condition)]
+        share = found.one("success", agent=agent, condition=condition)
+        assert (share.count, share.n) == (sum(r["solved"] == "1" for r in own), len(own))
+        reach = [r for r in own if len(r["did"]) >= 20]
+        loops = [0 < onset(r["did"]) <= 20 for r in reach]
+        assert found.one("loop_rate", agent=agent, condition=condition, of="first 20").count == sum(loops)
+        gap = [
+            fmean([r["solved"] == "1" for r, looped in zip(reach, loops, strict=True) if looped == side])
+            for side in (1, 0)
+            if side in loops
+        ]
+        if len(gap) == 2:
+            assert found.one("loop_success", agent=agent, condition=condition, of="first 20").value == pytest.approx(
+                gap[0] - gap[1]
+            )
+        counts = np.zeros(4)  # solved after a loop, expected so, solved without, expected so
+        for step in range(1, 81):
+            running = [
+                (0 < onset(r["did"]) < step, r["solved"] == "1" and len(r["did"]) == step)
+                for r in own
+                if len(r["did"]) >= step
+            ]
+            share = sum(event for _, event in running) / max(1, len(running))
+            for i, side in enumerate((True, False)):
+                inside = [event for looped, event in running if looped == side]
+                counts[2 * i : 2 * i + 2] += sum(inside), share * len(inside)
+        ratio = found.one("loop_success", agent=agent, condition=condition, of=BY_STEP).value
+        assert ratio == pytest.approx(counts[0] / counts[1] / (counts[2] / counts[3]), rel=1e-6) or ratio is None
+
+
+def test_chance_is_that_of_all_orders_and_of_all_chains():
+    own = "ABABCABCAB"[:8]
+    orders = fmean(onset(one) > 0 for one in permutations(own))
+    after = {one: [b for a, b in pairwise(own) if a == one] for one in own}
+
+    def chained(done):
+        if len(done) == len(own):
+            return float(onset(done) > 0)
+        return fmean(chained(done + one) for one in after[done[-1]])
+
+    numbers = np.array([["ABC".index(one) for one in own]])
+    assert chance(numbers, "permutation") == pytest.approx(orders, abs=0.015)
+    assert chance(numbers, "Markov") == pytest.approx(chained(own[0]), abs=0.015)
+    assert Played(looping(np.random.default_rng(0), 40), 20).chance(np.zeros(40, bool), "uniform") < 0.8
+
+
+def test_length_confounds_loops_and_equal_length_does_not():
+    """Whole episodes tie loops to failure where nothing does; a tie that is there is found by risk sets."""
+    free, bound = (looping(np.random.default_rng(3), 1500, trap=trap) for trap in (0.0, 0.7))
+    found, tied = answers(free), answers(bound)
+    rate = {of: found.one("loop_rate", agent="", condition="", of=of).value for of in
+            ("whole, unsolved", "whole, solved", "first 20, unsolved", "first 20, solved")}  # fmt: skip
+    assert rate["whole, unsolved"] - rate["whole, solved"] > 0.2
+    assert abs(rate["first 20, unsolved"] - rate["first 20, solved"]) < 0.1
+    by_step = [of.one("loop_success", agent="agent 0", condition="condition 0", of=BY_STEP) for of in (found, tied)]
+    assert by_step[0].p_value > 0.05 > by_step[1].p_value
+    assert by_step[1].value < 0.8
+
+
+def test_two_thousand_episodes_of_a_hundred_steps_are_quick_whatever_their_actions():
+    draw, began = np.random.default_rng(0), time.process_time()
+    for actions in (4, 5000):
+        did = [tuple(map(str, row)) for row in draw.integers(0, actions, (1000, 100))]
+        of = episodes(
+            np.zeros(1000),
+            np.arange(1000) % 2,
+            np.arange(1000) % 10,
+            np.arange(1000),
+            draw.random(1000) < 0.5,
+            steps=[100] * 1000,
+            actions=did,
+        )
+        assert answers(of).where("loop_rate", of="Markov")
+    assert time.process_time() - began < 5
+
+
+def test_what_does_not_match_is_compared_over_tasks_and_what_has_no_end_is_bounded():
+    rng = np.random.default_rng(5)
+    apart = world(rng, tasks=12, seeds=10, seeded=False, effect=0.3)
+    own = sides(apart, apart.condition == 0, apart.condition == 1, apart.agent)
+    first, second, change = compare(apart, own, apart.solved)
+    assert (own.by, change.clusters) == ("tasks", 12)
+    assert change.low > 0
+    by_task = [fmean([apart.solved[(apart.task == t) & (apart.condition == c) & (apart.agent == a)].mean() for a in (0, 1)])
+               for c in (0, 1) for t in range(12)]  # fmt: skip
+    assert change.value == pytest.approx(fmean(by_task[12:]) - fmean(by_task[:12]), abs=1e-3)
+    assert (first, second) == tuple(pytest.approx(apart.solved[apart.condition == c].mean()) for c in (0, 1))
+    one = episodes([0] * 60, [0, 1] * 30, [0] * 60, [-1] * 60, [0, 1] * 20 + [0, 0] * 10)
+    alone = sides(one, one.condition == 0, one.condition == 1, one.agent)
+    assert (alone.by, compare(one, alone, one.solved)[2].detected()) == ("episodes", True)
+    whole = world(rng, tasks=6, seeds=10, effect=0.2, matched=1)
+    half = whole.solved.copy()
+    half[rng.random(len(half)) < 0.1] = np.nan
+    pairs = sides(whole, whole.condition == 0, whole.condition == 1, whole.agent)
+    sure, open_ = (compare(whole, pairs, values)[2] for values in (whole.solved, half))
+    assert open_.low <= sure.value <= open_.high
+    assert open_.high - open_.low > sure.high - sure.low
+
+
+def test_the_page_asks_one_question_first_and_says_what_it_cannot(report, tmp_path):
+    page = report.path.read_text("utf-8")
+    assert page.count('class="answer"') == 1
+    assert report.found.answer in page.replace("<i>P</i>", "P").replace("&lt;", "<").replace("&nbsp;", " ")
+    assert {row.family for row in report.found.rows if row.family} == {
+        CONDITIONS, EACH_AGENT, AGENTS, LOOKS, SOON, EARLY, BY_STEP, FIRST
+    }  # fmt: skip
+    assert "match in agent, task and seed: 320 of 480 episodes; the others count in" in page
+    assert not any(said.startswith("Not asked") for said in report.notes)
+    assert {path.name for path in report.path.parent.iterdir()} == {"report.html", "results.json", "figures", "tables"}
+    (tmp_path / "x.csv").write_text("agent,score\n" + "".join(f"<b>{i % 2},{i % 3 / 2}\n" for i in range(40)))
+    bare = write_episodes([tmp_path / "x.csv"], read_map(), first=20, out=tmp_path / "out")
+    page = bare.path.read_text("utf-8")
+    assert "“Not shown” is not “no”" in page
+    assert "<b>0" not in page
+    assert bare.notes[-1] == (
+        "Not asked, for want of values in a column: what a condition changes (condition), tasks as clusters (task), "
+        "pairs of equal luck (seed), success (solved), how soon (steps), loops (actions)."
+    )
+
+
+@pytest.mark.slow
+def test_under_the_null_with_task_effects_few_sentences_are_false_and_pairs_find_more():
+    """Every family at most .05, with task effects and effects of mean 0; paired against unpaired with an effect."""
+    families, worlds, false, power = (CONDITIONS, EACH_AGENT, AGENTS, LOOKS), 400, defaultdict(int), np.zeros(2)
+    for i in range(worlds):
+        rng = np.random.default_rng(i)
+        for name, made in (("", world(rng, tasks=10)), ("unseeded ", world(rng, tasks=10, seeded=False))):
+            found = answers(made)
+            for family in families:
+                false[name + family] += any(row.detected for row in found.rows if row.family == family)
+        real = world(rng, tasks=10, seeds=8, effect=0.12, matched=0.75)
+        for j, seeded in enumerate((True, False)):
+            own = real if seeded else world(np.random.default_rng(i), tasks=10, seeds=8, effect=0.12, seeded=False)
+            at = sides(own, own.condition == 0, own.condition == 1, own.agent)
+            power[j] += compare(own, at, own.solved)[2].detected()
+    limit = worlds * 0.05 + 2.5 * math.sqrt(worlds * 0.05 * 0.95)
+    assert {family: n / worlds for family, n in false.items() if n > limit} == {}
+    assert power[0] > 1.1 * power[1]
+
+
+@pytest.mark.slow
+def test_loops_that_do_nothing_are_tied_to_failure_in_few_worlds():
+    false = np.zeros(2)
+    for i in range(300):
+        of = looping(np.random.default_rng(i), 200)
+        found = answers(of)
+        rows = [
+            found.get("loop_success", agent="agent 0", condition="condition 0", of=part)
+            for part in ("first 20", BY_STEP)
+        ]
+        false += [row is not None and row.p_value is not None and row.p_value < 0.05 for row in rows]
+    assert (false / 300 < 0.085).all(), false / 300
