@@ -8,6 +8,8 @@ from typing import ClassVar
 import pytest
 
 from lockprobe import run_trial
+from lockprobe.episodes.columns import read_map
+from lockprobe.episodes.reading import read_episodes
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json
@@ -92,3 +94,17 @@ def test_a_reply_that_stays_unusable_is_unscored_and_what_breaks_a_model_is_the_
 def test_a_mistake_is_said_before_the_first_call(tasks, given, said):
     with pytest.raises(UserMistake, match=said):
         tasks.study(**given)
+
+
+def test_logs_are_read_as_episodes_and_an_error_is_no_failure(tmp_path, tasks):
+    from inspect_ai import Task
+    from inspect_ai.dataset import Sample
+    from inspect_ai.scorer import includes
+
+    samples = [Sample(id=f"s{i}", input=f"s{i}", target=str(i)) for i in range(3)]
+    task = Task(dataset=samples, scorer=includes(), name="quiz", fail_on_error=False)
+    evaluated(tmp_path, task, lambda messages: f"{1 // (messages[-1].text != 's2')}", epochs=2)
+    found = read_episodes(sorted(tmp_path.glob("*.eval")), read_map("inspect"))
+    assert (found.agents, found.conditions) == (["mockllm/model"], ["quiz"])
+    ended = sorted((found.tasks[i], str(end)) for i, end in zip(found.task, found.solved, strict=True))
+    assert ended == [("s0", "0.0"), ("s0", "0.0"), ("s1", "1.0"), ("s1", "1.0"), ("s2", "nan"), ("s2", "nan")]

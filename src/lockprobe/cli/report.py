@@ -71,11 +71,13 @@ def _episodes(files: Sequence[Path], columns: str, first: int, out: Path | None,
     from lockprobe.episodes.columns import read_map
     from lockprobe.episodes.page import write_episodes
 
-    made = write_episodes(files, read_map(columns), first=first, out=out)
+    out = out or Path(f"{files[0].stem}-report")
+    found = write_episodes(files, read_map(columns), first=first, out=out)
+    page, notes = str(out / "report.html"), [fact.text for fact in found.facts]
     if json:
-        print(json_.dumps({"report": str(made.path), "answer": made.found.answer, "notes": made.notes}))
+        print(json_.dumps({"report": page, "answer": found.answer, "notes": notes}))
         return
-    for line in (f"Report: {made.path}", f"Answer: {made.found.answer}", *made.notes):
+    for line in (f"Report: {page}", f"Answer: {found.answer}", *notes):
         print(printable(line))
 
 

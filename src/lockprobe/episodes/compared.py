@@ -16,11 +16,10 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.episodes.frame import Array, Codes, Episodes, Flags, position
-from lockprobe.statistics.blocks import FEWEST, Blocks, block_mean, mean_of_blocks
+from lockprobe.statistics.blocks import FEWEST, Blocks, mean_of_blocks
 from lockprobe.statistics.broken_trials import bounded
 from lockprobe.statistics.clustered import clustered_difference
 from lockprobe.statistics.outcomes import BlockOrder
-from lockprobe.statistics.pairs import mean_over_boxes
 from lockprobe.statistics.proportions import Difference
 
 _THOUSAND = 1000.0
@@ -89,16 +88,24 @@ def _change(episodes: Episodes, of: Sides, low: Array, high: Array, choices: int
         apart = _means(high, of.key[of.second], len(of.tasks)) - _means(low, of.key[of.first], len(of.tasks))
         block = task = of.tasks[~np.isnan(apart)]
         apart = apart[~np.isnan(apart)]
-    rows, first = laid(apart, block), np.unique(block, return_index=True)[1]
+    return _over(apart, block, task, choices, every_look=every_look)
+
+
+def _over(values: Array, block: Codes, task: Codes, choices: int = 1, *, every_look: bool = False) -> Difference:
+    """The mean of values by block, each of one task."""
+    row, column = np.unique(block, return_inverse=True)[1].reshape(-1), position(block)
+    table = np.full((int(row.max(initial=-1)) + 1, int(column.max(initial=-1)) + 1), np.nan)
+    table[row, column] = np.rint(values * _THOUSAND)
+    several = len(np.unique(task)) > 1
     blocks = Blocks(
-        solved=rows,
-        steps=rows,
+        solved=table,
+        steps=table,
         person=np.empty((0, 0), dtype=np.str_),
-        box=task[first].astype(np.str_) if len(np.unique(task)) > 1 else np.empty(0, dtype=np.str_),
-        place=np.arange(len(rows)),
-        order=BlockOrder(plans=((1, len(rows)),)) if every_look else None,
+        box=task[np.unique(block, return_index=True)[1] if several else row[:0]].astype(np.str_),
+        place=np.arange(len(table)),
+        order=BlockOrder(plans=((1, len(table)),)) if every_look else None,
     )
-    return mean_of_blocks(np.rint(rows * _THOUSAND), blocks, unit=_THOUSAND, factor=1 / _THOUSAND, choices=choices)
+    return mean_of_blocks(table, blocks, unit=_THOUSAND, factor=1 / _THOUSAND, choices=choices)
 
 
 def _means(values: Array, key: Codes, size: int) -> Array:
@@ -109,21 +116,9 @@ def _means(values: Array, key: Codes, size: int) -> Array:
     return found
 
 
-def laid(values: Array, block: Codes) -> Array:
-    """Values by block (rows), one beside the other; NaN where a block has fewer."""
-    row, column = np.unique(block, return_inverse=True)[1].reshape(-1), position(block)
-    table = np.full((int(row.max(initial=-1)) + 1, int(column.max(initial=-1)) + 1), np.nan)
-    table[row, column] = values
-    return table
-
-
 def mean_of(episodes: Episodes, at: Flags, values: Array) -> Difference:
-    """The mean of some episodes, such as their score, with an interval clustered by luck and by task, within [0, 1]."""
-    chosen = np.flatnonzero(at & ~np.isnan(values))
-    luck, task = episodes.cluster(chosen, fewest=len(episodes) + 1), episodes.task[chosen]
-    found = block_mean(laid(values[chosen], luck))
-    if found.n and len(np.unique(task)) > 1:
-        means, first = _means(values[chosen], luck, int(luck.max()) + 1), np.unique(luck, return_index=True)[1]
-        found = mean_over_boxes(found, means, task[first])
+    """The mean of some episodes, such as their score, with an interval over luck and tasks, within [0, 1]."""
+    own = np.flatnonzero(at & ~np.isnan(values))
+    found = _over(values[own], episodes.cluster(own, fewest=len(episodes) + 1), episodes.task[own])
     low, high = (end if end is None else min(1.0, max(0.0, end)) for end in (found.low, found.high))
     return replace(found, low=low, high=high, p_value=None)

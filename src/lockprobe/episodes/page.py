@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from lockprobe.episodes.answers import AGENTS, CONDITIONS, CONTROL, TESTS, results_of
 from lockprobe.episodes.columns import ColumnMap
@@ -24,10 +23,10 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.formatting import NONE, capital, end_of, listed, p_cell, p_value, percent, points
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
-from lockprobe.report.format import DETECTED, Entry, as_csv, beside, entry_text
-from lockprobe.report.page import drawn_figure, image, results_text
-from lockprobe.report.rendering import own_markup, rendered
-from lockprobe.report.rows import Estimate, Results, clearness
+from lockprobe.report.format import DETECTED, as_csv, beside, entry_text
+from lockprobe.report.page import Page, drawn_figure, image, results_text
+from lockprobe.report.rendering import rendered
+from lockprobe.report.rows import Estimate, Fact, Results, clearness
 from lockprobe.report.section import Figure, Lines, Note, Part, Table
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies import PAGE, RESULTS, SETTINGS
@@ -36,104 +35,81 @@ _TEXTS: dict[str, Any] = tomllib.loads(files("lockprobe.episodes").joinpath("que
 
 _GAP = "difference, points"
 
+NOTES = "notes"
+"""What facts are about that qualify the answer."""
 
-def write_episodes(paths: Sequence[Path], columns: ColumnMap, *, first: int, out: Path | None = None) -> Report:
-    """Write the report of the episodes of several files into a directory, by default ``NAME-report`` of the first.
 
-    Loops are compared in so many ``first`` steps, 6 at least.
+def write_episodes(paths: Sequence[Path], columns: ColumnMap, *, first: int, out: Path) -> Results:
+    """Write the report of the episodes of several files into a directory.
+
+    Loops are compared in so many ``first`` steps, 6 at least. What qualifies the answer are facts of what is found.
 
     Raises:
         BadFile: If a file is not what it should be, or the directory holds a study.
     """
-    out = out or Path(f"{paths[0].stem}-report")
     if (out / SETTINGS).exists():
         raise BadFile(out, "holds a study, whose report would be replaced: give another --out")
     episodes = read_episodes(paths, columns)
     digest = hashlib.sha256(b"".join(hashlib.sha256(read_input(path)).digest() for path in paths)).hexdigest()
-    name = listed([path.name for path in paths], named=3)
-    made = Report(episodes, results_of(episodes, first, name=name, digest=digest), out / PAGE)
-    for name, content in made.files():
+    found = results_of(episodes, first, name=listed([path.name for path in paths], named=3), digest=digest)
+    row = _primary(found)
+    notes = [Fact(about=NOTES, name=f"{i}", text=said) for i, said in enumerate(_notes(episodes, found, row))]
+    found = found.changed(answer=_answer(found, row), facts=tuple(notes))
+    page, written = Page(found=found), {RESULTS: results_text(found)}
+    parts = [*_parts(page)]
+    for block in (block for part in parts for block in part.blocks):
+        if isinstance(block, Table):
+            written[f"tables/{block.name}.csv"] = as_csv(page.cells(block))
+        elif isinstance(block, Figure) and (svg := drawn_figure(found, block)):
+            page.drawn = {block.name: image(svg)}
+            written[f"figures/{block.name}.svg"] = svg.decode()
+    sides = dict(zip(_names(row), _both(found, row), strict=True)) if row else {}
+    written[PAGE] = rendered("questions", found=found, page=page, parts=parts, row=row, sides=sides, of=episodes)
+    for name, content in written.items():
         make_directory((out / name).parent)
         write_file(out / name, content)
-    return made
+    return found
 
 
-class Report:
-    """The report of episodes; the template of its page reads it.
+def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
+    """What qualifies the answer: how many match, how many have no end, and what cannot be asked."""
+    if row is not None and row.test == TESTS["pairs"]:
+        own = [one for one in found.where("trials") if (one.agent if row.versus else one.condition) in _names(row)]
+        used, many = 2 * (row.n or 0), sum(int(one.value or 0) for one in own)
+        rest = "; the others count in success by condition and in loops" * (used < many)
+        what = "condition" if row.versus else "agent"
+        yield f"{row.n} pairs match in {what}, task and seed: {used} of {many} episodes{rest}."
+    elif row is not None:
+        over = f"each of {row.clusters} tasks is a difference of means" if row.clusters else "all are independent"
+        yield f"Fewer than seven blocks of task and seed match, so that {over}."
+    if unknown := int(np.isnan(of.solved).sum()) % len(of):
+        yield f"Nobody says how {unknown} episodes ended; success and its changes hold whatever it was."
+    there = {
+        "condition": len(of.conditions) > 1,
+        "agent": len(of.agents) > 1,
+        "task": len(of.tasks) > 1,
+        "seed": of.luck.max() >= 0,
+        "solved": found.where("success"),
+        "steps": found.curves,
+        "actions": found.where("loop_rate"),
+    }
+    if missing := [f"{what} ({name})" for name, what in _TEXTS["missing"].items() if not there[name]]:
+        yield f"Not asked, for want of values in a column: {', '.join(missing)}."
 
-    Attributes:
-        path: Where the page is written.
-        found: The rows of the episodes, with the answer.
-        primary: The row of the one question of the first screen; None where nothing can be compared.
-        sides: What the two sides of that row are called, and their means.
-        drawn: Figure -> the attributes of its image.
-    """
 
-    def __init__(self, episodes: Episodes, found: Results, path: Path) -> None:
-        self.path, self.episodes, self.drawn = path, episodes, dict[str, Markup]()
-        self.primary = row = _primary(found)
-        self.sides = {} if row is None else dict(zip(_names(row), _both(found, row), strict=True))
-        self.found = found.changed(answer=_answer(found, row))
-
-    @property
-    def notes(self) -> list[str]:
-        """What qualifies the answer: how many match, how many have no end, and what cannot be asked."""
-        of, row, said = self.episodes, self.primary, list[str]()
-        if row is not None and row.test == TESTS["pairs"]:
-            used, what = 2 * (row.n or 0), "condition" if row.versus else "agent"
-            rest = "; the others count in success by condition and in loops" * (used < len(of))
-            said.append(f"{row.n} pairs match in {what}, task and seed: {used} of {len(of)} episodes{rest}.")
-        elif row is not None:
-            over = f"each of {row.clusters} tasks is a difference of means" if row.clusters else "all are independent"
-            said.append(f"Fewer than seven blocks of task and seed match, so that {over}.")
-        if unknown := int(np.isnan(of.solved).sum()) % len(of):
-            said.append(f"Nobody says how {unknown} episodes ended; success and its changes hold whatever it was.")
-        there = {
-            "condition": len(of.conditions) > 1,
-            "agent": len(of.agents) > 1,
-            "task": len(of.tasks) > 1,
-            "seed": of.luck.max() >= 0,
-            "solved": self.found.where("success"),
-            "steps": self.found.curves,
-            "actions": self.found.where("loop_rate"),
-        }
-        missing = [f"{what} ({name})" for name, what in _TEXTS["missing"].items() if not there[name]]
-        return said + [f"Not asked, for want of values in a column: {', '.join(missing)}."] * bool(missing)
-
-    @property
-    def parts(self) -> Iterator[Part]:
-        """The questions that have an answer."""
-        for name, text in _TEXTS["questions"].items():
-            tables = (
-                [Table(name, partial(_listed, columns=text["columns"]), 2, rare=_RARE)] if "columns" in text else []
-            )
-            for family in text.get("families", ()):
-                lines = partial(_judged, family=family)
-                tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_GAP, rare=_RARE))
-            if shown := [table for table in tables if self.cells(table)]:
-                rows = [row for row in self.found.rows if row.family in text.get("families", ())]
-                before = [_reason(self.found)] * (name == "failure") + [_FIGURE] * (name == "soon")
-                note = Note(text["shown"], text["computed"], text.get("more", ""))
-                yield Part(text["heading"], text.get("said") or _said(rows), [*before, *shown, note], name)
-
-    def cells(self, table: Table) -> Sequence[Sequence[Entry]]:
-        """The rows of a table."""
-        return table.cells(self.found)
-
-    def written(self, part: Part) -> Markup:
-        """The blocks of a part."""
-        return own_markup(rendered("written", blocks=list(part.blocks), page=self))
-
-    def files(self) -> Iterator[tuple[str, str | bytes]]:
-        """Every file, the page last."""
-        yield RESULTS, results_text(self.found)
-        for block in (block for part in self.parts for block in part.blocks):
-            if isinstance(block, Table):
-                yield f"tables/{block.name}.csv", as_csv(self.cells(block))
-            elif isinstance(block, Figure) and (svg := drawn_figure(self.found, block)):
-                self.drawn[block.name] = image(svg)
-                yield f"figures/{block.name}.svg", svg
-        yield PAGE, rendered("questions", page=self, found=self.found)
+def _parts(page: Page) -> Iterator[Part]:
+    """The questions that have an answer."""
+    for name, text in _TEXTS["questions"].items():
+        families, columns = text.get("families", ()), text.get("columns")
+        tables = [Table(name, partial(_listed, columns=columns), 2, rare=_RARE)] if columns else []
+        for family in families:
+            lines = partial(_judged, family=family)
+            tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_GAP, rare=_RARE))
+        if shown := [table for table in tables if page.cells(table)]:
+            said = text.get("said") or _said([row for row in page.found.rows if row.family in families])
+            before = [_reason(page.found)] * (name == "failure") + [_FIGURE] * (name == "soon")
+            note = Note(text["shown"], text["computed"], text.get("more", ""))
+            yield Part(text["heading"], said, [*before, *shown, note], name)
 
 
 def _primary(found: Results) -> Estimate | None:
