@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lockprobe.episodes.frame import Episodes, combined, position
+from lockprobe.interfaces.episodes.frame import Episodes, combined, position
 
 
 def episodes(agent, condition, task, seed, solved, *, steps=None, actions=(), score=None):

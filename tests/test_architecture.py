@@ -16,7 +16,7 @@ ENGINES = ("lockprobe.agents.llm.client", "lockprobe.agents.llm.model", "lockpro
 
 def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
-    assert text.count("\n") <= 155
+    assert text.count("\n") <= 145
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
     layers = [set(re.findall(r"lockprobe[._](\w+)", layer)) for layer in contracts[0]["layers"]]
     rows = re.findall(r"^\| (\d+) \| (`[^|]*) \|", text, re.MULTILINE)
@@ -24,7 +24,7 @@ def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
     assert drawn == {name: floor for floor, layer in enumerate(reversed(layers)) for name in layer}
     there = {path.stem for path in SOURCE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
     assert there - {"__init__", "__main__"} == drawn.keys() - {"robot"}
-    assert len(there - {"__init__", "__main__"}) <= 15
+    assert len(there - {"__init__", "__main__"}) <= 14
     assert len({what for what, _ in RECIPES}) == len(RECIPES)  # each stands once
 
 

@@ -8,9 +8,9 @@ from typing import ClassVar
 import pytest
 
 from lockprobe import run_trial
-from lockprobe.episodes.columns import read_map
-from lockprobe.episodes.reading import read_episodes
 from lockprobe.foundation.errors import UserMistake
+from lockprobe.interfaces.episodes.columns import read_map
+from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json
 

@@ -68,8 +68,8 @@ def report(
 
 
 def _episodes(files: Sequence[Path], columns: str, first: int, out: Path | None, *, json: bool) -> None:
-    from lockprobe.episodes.columns import read_map
-    from lockprobe.episodes.page import write_episodes
+    from lockprobe.interfaces.episodes.columns import read_map
+    from lockprobe.interfaces.episodes.page import write_episodes
 
     out = out or Path(f"{files[0].stem}-report")
     found = write_episodes(files, read_map(columns), first=first, out=out)

@@ -15,8 +15,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.episodes.frame import Array, Codes, Episodes, Flags
 from lockprobe.foundation.seeds import generator
+from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, Flags
 from lockprobe.statistics.how_soon import Hazard, excess
 from lockprobe.statistics.loops import onset, onset_batch
 from lockprobe.statistics.loops.chance import chance_level

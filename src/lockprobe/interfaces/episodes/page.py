@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.episodes.answers import AGENTS, CONDITIONS, CONTROL, TESTS, results_of
-from lockprobe.episodes.columns import ColumnMap
-from lockprobe.episodes.frame import Episodes
-from lockprobe.episodes.reading import read_episodes
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.formatting import NONE, capital, end_of, listed, p_cell, p_value, percent, points
+from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, p_value, percent
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
+from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, TESTS, results_of
+from lockprobe.interfaces.episodes.columns import ColumnMap
+from lockprobe.interfaces.episodes.frame import Episodes
+from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.report.format import DETECTED, as_csv, beside, entry_text
 from lockprobe.report.page import Page, drawn_figure, image, results_text
 from lockprobe.report.rendering import rendered
@@ -31,7 +31,7 @@ from lockprobe.report.section import Figure, Lines, Note, Part, Table
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies import PAGE, RESULTS, SETTINGS
 
-_TEXTS: dict[str, Any] = tomllib.loads(files("lockprobe.episodes").joinpath("questions.toml").read_text("utf-8"))
+_TEXTS: dict[str, Any] = tomllib.loads(files(__package__).joinpath("questions.toml").read_text("utf-8"))
 
 _GAP = "difference, points"
 
@@ -73,7 +73,7 @@ def write_episodes(paths: Sequence[Path], columns: ColumnMap, *, first: int, out
 
 def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
     """What qualifies the answer: how many match, how many have no end, and what cannot be asked."""
-    if row is not None and row.test == TESTS["pairs"]:
+    if row is not None and row.test.endswith(TESTS["pairs"]):
         own = [one for one in found.where("trials") if (one.agent if row.versus else one.condition) in _names(row)]
         used, many = 2 * (row.n or 0), sum(int(one.value or 0) for one in own)
         rest = "; the others count in success by condition and in loops" * (used < many)
@@ -114,10 +114,9 @@ def _parts(page: Page) -> Iterator[Part]:
 
 def _primary(found: Results) -> Estimate | None:
     """The clearest change by a condition, else the clearest difference between agents; corrected for that choice."""
-    for measure in ("success_difference", "score_difference"):
-        for family in (CONDITIONS, AGENTS):
-            if rows := [row for row in found.where(measure) if row.family == family]:
-                return min(rows, key=clearness)
+    for family in (CONDITIONS, AGENTS, CONDITIONS + SCORE, AGENTS + SCORE):
+        if rows := [row for row in found.rows if row.family == family]:
+            return min(rows, key=clearness)
     return None
 
 
@@ -142,7 +141,7 @@ def _answer(found: Results, row: Estimate | None) -> str:
             f"{capital(only.quantity)}: {entry_text(only)}. Nothing can be compared." if only else "Nothing is known."
         )
     measure, (first, second), gap = row.quantity.removesuffix("_difference"), _names(row), row.value or 0.0
-    size = f"{points(gap)} points [{end_of(row.low or 0.0)}, {end_of(row.high or 0.0)}], {p_value(row.p_value)}"
+    size = f"{entry_text(row)}{' points' * (row.unit == 'points')}, {p_value(row.p_value)}"
     if not row.detected:
         return f"No difference of {measure} between {first} and {second} was shown: {size}."
     if row.versus:
@@ -152,7 +151,7 @@ def _answer(found: Results, row: Estimate | None) -> str:
 
 def _detected(row: Estimate) -> bool:
     """Whether a test rejects; the interval of a difference has to leave out 0 too."""
-    return row.detected if row.unit == "points" else row.p_value is not None and row.p_value < ALPHA
+    return row.detected if row.unit != "ratio" else row.p_value is not None and row.p_value < ALPHA
 
 
 def _said(rows: Sequence[Estimate]) -> str:
@@ -171,12 +170,12 @@ _RARE = ("agent", "condition", "compared with", "both", "success", "score")
 def _judged(found: Results, family: str) -> Lines:
     """The differences of a family, with what is concluded from each."""
     rows = [row for row in found.rows if row.family == family]
-    unit = _GAP if rows and rows[0].unit == "points" else "ratio of rates"
+    unit = {"points": _GAP, "ratio": "ratio of rates"}.get(rows[0].unit if rows else "", "difference")
     yield ["agent", "condition", "compared with", "n", "both", unit, "P", "conclusion"]
     for row in rows:
         both, said = _both(found, row), DETECTED if _detected(row) else f"not {DETECTED}"
         who = [name or None for name in (row.agent, row.condition, row.control or row.versus)]
-        shares = ", ".join(percent(one.value) for one in both) or None
+        shares = ", ".join(map(entry_text, both)) or None
         yield [*who, str(row.n), shares, beside(row, *both) if both else row, p_cell(row.p_value), said]
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.episodes.compared import Sides, compare, mean_of, sides
-from lockprobe.episodes.frame import Array, Episodes, Flags
-from lockprobe.episodes.loops import NULLS, Played, grouped_steps, looped_before
+from lockprobe.interfaces.episodes.compared import Sides, compare, mean_of, sides
+from lockprobe.interfaces.episodes.frame import Array, Episodes, Flags
+from lockprobe.interfaces.episodes.loops import NULLS, Played, grouped_steps, looped_before
 from lockprobe.report.rows import Condition, Curve, Design, Estimate, Player, Progress, Results, Row, measured_row
 from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.every_look import E_PROCESS
@@ -29,8 +29,11 @@ SOON, EARLY, BY_STEP, FIRST = "how soon", "loops in first steps", "loops by step
 CONTROL = "the control"
 """Part of a mean in what is compared: that of the side that is subtracted."""
 
-TESTS = {"pairs": "sign flips of blocks", "tasks": "sign flips of tasks", "episodes": "t"}
-"""What is compared -> the test, whose interval has to exclude 0 too."""
+SCORE = ", score"
+"""What the families of differences of score end in."""
+
+TESTS = {"pairs": "over blocks", "tasks": "over tasks", "episodes": "of independent episodes"}
+"""What is compared -> the test, by sign flips or Student's t; its interval has to exclude 0 too."""
 
 _MOST, _CLUSTERS = 200, 7
 """Steps of a curve; the fewest tasks that are clusters of a test over steps: with fewer these are blocks of luck."""
@@ -90,7 +93,7 @@ def _shares(of: Episodes) -> Iterator[Row]:
             if not np.isnan(values[own]).all():
                 task = of.task[own].astype(np.str_)
                 found = share_of(values[own], (), (), task) if name == "success" else mean_of(of, own, values)
-                yield measured_row(name, found, **columns)
+                yield measured_row(name, found, unit="share" if name == "success" else "", **columns)
 
 
 def _difference(
@@ -99,10 +102,13 @@ def _difference(
     """The rows of a difference; none where nothing can be compared."""
     first, second, change = compare(of, own, of.measures[measure], choices=choices)
     if change.n:
-        test: Columns = {"unit": "points", "family": family, "corrected_for": choices, "test": TESTS[own.by]}
-        yield measured_row(f"{measure}_difference", change, **columns, **test)
-        yield Estimate(quantity=f"{measure}_in_pairs", value=first, of=CONTROL, **columns)
-        yield Estimate(quantity=f"{measure}_in_pairs", value=second, **columns)
+        score = measure == "score"
+        how = "sign flips" if own.by == "pairs" and not score else "t"
+        test: Columns = {"family": family + SCORE * score, "corrected_for": choices, "test": f"{how} {TESTS[own.by]}"}
+        yield measured_row(f"{measure}_difference", change, unit="" if score else "points", **columns, **test)
+        for part, mean in ((CONTROL, first), ("", second)):
+            unit = "" if score else "share"
+            yield Estimate(quantity=f"{measure}_in_pairs", value=mean, of=part, unit=unit, **columns)
 
 
 def _changes(of: Episodes, changes: Sequence[tuple[Columns, Sides]]) -> Iterator[Row]:

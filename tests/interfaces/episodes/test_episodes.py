@@ -14,13 +14,23 @@ import pytest
 from episode_worlds import episodes, looping, made_by_example, world
 from scipy import stats
 
-from lockprobe.episodes.answers import AGENTS, BY_STEP, CONDITIONS, EACH_AGENT, EARLY, FIRST, LOOKS, SOON, results_of
-from lockprobe.episodes.columns import read_map
-from lockprobe.episodes.compared import compare, sides
-from lockprobe.episodes.loops import Played, chance
-from lockprobe.episodes.page import write_episodes
-from lockprobe.episodes.reading import read_episodes
 from lockprobe.foundation.errors import UserMistake
+from lockprobe.interfaces.episodes.answers import (
+    AGENTS,
+    BY_STEP,
+    CONDITIONS,
+    EACH_AGENT,
+    EARLY,
+    FIRST,
+    LOOKS,
+    SOON,
+    results_of,
+)
+from lockprobe.interfaces.episodes.columns import read_map
+from lockprobe.interfaces.episodes.compared import compare, sides
+from lockprobe.interfaces.episodes.loops import Played, chance
+from lockprobe.interfaces.episodes.page import write_episodes
+from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.statistics.loops import onset
 
 
@@ -82,7 +92,7 @@ def test_a_mistake_is_one_line_with_file_line_and_column(kind, content, mapped, 
 
 
 def test_a_file_of_more_rows_than_a_page_can_say_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.episodes.reading.MOST_ROWS", 2)
+    monkeypatch.setattr("lockprobe.interfaces.episodes.reading.MOST_ROWS", 2)
     (tmp_path / "x.csv").write_text("agent\na\nb\nc\n")
     with pytest.raises(UserMistake, match="line 4: got more than 2 rows"):
         read_episodes([tmp_path / "x.csv"], read_map())
@@ -187,6 +197,31 @@ def test_numbers_are_those_of_other_code(mazes, report):
                 counts[2 * i : 2 * i + 2] += sum(inside), share * len(inside)
         ratio = found.one("loop_success", agent=agent, condition=condition, of=BY_STEP).value
         assert ratio == pytest.approx(counts[0] / counts[1] / (counts[2] / counts[3]), rel=1e-6) or ratio is None
+
+
+@pytest.mark.parametrize("tasks", [1, 8])
+def test_scores_have_the_interval_and_the_p_value_of_one_method(tasks):
+    """Small differences, as of rewards: Student over pairs, and over tasks; without pairs of one task Welch's."""
+    rng, n = np.random.default_rng(7), 240
+    base = rng.random(n) / 10
+    score = np.r_[base, base - 0.0017 + 0.002 * rng.standard_normal(n)].clip(0, 1)
+    c, at = np.repeat([0, 1], n), np.tile(np.arange(n), 2)
+    apart = score[n:] - score[:n]
+    for seeds in (at // tasks, np.full(2 * n, -1)):
+        of = episodes(np.zeros(2 * n), c, at % tasks, seeds, np.full(2 * n, np.nan), score=score)
+        row = next(row for row in answers(of).rows if row.family == f"{CONDITIONS}, score")
+        means = [apart[np.arange(n) % tasks == t].mean() for t in range(tasks)]
+        samples = [apart] * int(seeds[0] >= 0) + [means] * (tasks > 1)
+        tests = [stats.ttest_1samp(one, 0) for one in samples] or [
+            stats.ttest_ind(score[n:], score[:n], equal_var=False)
+        ]
+        ends = [one.confidence_interval() for one in tests]
+        assert row.value == pytest.approx(apart.mean(), abs=1e-9)
+        assert (row.low, row.high) == pytest.approx(
+            (min(one.low for one in ends), max(one.high for one in ends)), rel=1e-6
+        )
+        assert row.p_value == pytest.approx(max(one.pvalue for one in tests), rel=1e-6)
+        assert row.detected == (len(samples) > 0)
 
 
 def test_chance_is_that_of_all_orders_and_of_all_chains():

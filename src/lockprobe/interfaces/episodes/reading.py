@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.episodes.columns import TEXTS, ColumnMap
-from lockprobe.episodes.frame import Array, Codes, Episodes, combined, position
 from lockprobe.foundation.errors import BadFile, UnknownName, needing
 from lockprobe.foundation.inputs import LARGEST_INPUT, read_input
+from lockprobe.interfaces.episodes.columns import TEXTS, ColumnMap
+from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, combined, position
 
 MOST_ROWS, MOST_NAMES = 1_000_000, 30
 """Rows of all files; agents, and conditions, that one page compares."""
