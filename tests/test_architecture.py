@@ -16,7 +16,7 @@ ENGINES = ("lockprobe.agents.llm.client", "lockprobe.agents.llm.model", "lockpro
 
 def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
-    assert text.count("\n") <= 145
+    assert text.count("\n") <= 155
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
     layers = [set(re.findall(r"lockprobe[._](\w+)", layer)) for layer in contracts[0]["layers"]]
     rows = re.findall(r"^\| (\d+) \| (`[^|]*) \|", text, re.MULTILINE)

@@ -22,6 +22,7 @@ from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, TESTS, results_of
 from lockprobe.interfaces.episodes.columns import ColumnMap
 from lockprobe.interfaces.episodes.frame import Episodes
+from lockprobe.interfaces.episodes.loops import NULLS
 from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.report.format import DETECTED, as_csv, beside, entry_text
 from lockprobe.report.page import Page, drawn_figure, image, results_text
@@ -106,7 +107,8 @@ def _parts(page: Page) -> Iterator[Part]:
             lines = partial(_judged, family=family)
             tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_GAP, rare=_RARE))
         if shown := [table for table in tables if page.cells(table)]:
-            said = text.get("said") or _said([row for row in page.found.rows if row.family in families])
+            rows = [row for row in page.found.rows if row.family in families]
+            said = _beyond_chance(page.found) if name == "loops" else text.get("said") or _said(rows)
             before = [_reason(page.found)] * (name == "failure") + [_FIGURE] * (name == "soon")
             note = Note(text["shown"], text["computed"], text.get("more", ""))
             yield Part(text["heading"], said, [*before, *shown, note], name)
@@ -141,7 +143,7 @@ def _answer(found: Results, row: Estimate | None) -> str:
             f"{capital(only.quantity)}: {entry_text(only)}. Nothing can be compared." if only else "Nothing is known."
         )
     measure, (first, second), gap = row.quantity.removesuffix("_difference"), _names(row), row.value or 0.0
-    size = f"{entry_text(row)}{' points' * (row.unit == 'points')}, {p_value(row.p_value)}"
+    size = f"{entry_text(row).replace(' [', ' points [' if row.unit else ' [')}, {p_value(row.p_value)}"
     if not row.detected:
         return f"No difference of {measure} between {first} and {second} was shown: {size}."
     if row.versus:
@@ -190,6 +192,16 @@ def _listed(found: Results, columns: dict[str, Sequence[str]]) -> Lines:
         size = next((one.n for one in cells if one and one.n), None)
         if size:
             yield [row.agent or None, row.condition or None, str(size), *cells]
+
+
+def _beyond_chance(found: Results) -> str:
+    """For how many agents and conditions the interval of loops in the first steps lies above each level of chance."""
+    rows, said = found.where("loop_rate", of=f"first {found.study['first']}"), list[str]()
+    for null, name in zip(NULLS, ("uniform choices", "own actions shuffled", "own Markov chains"), strict=True):
+        levels = [found.one("loop_rate", agent=row.agent, condition=row.condition, of=null) for row in rows]
+        above = sum((row.low or 0.0) > (level.value or 0.0) for row, level in zip(rows, levels, strict=True))
+        said.append(f"{name} in {above}")
+    return f"Intervals lie above the chance of {listed(said)} of {len(rows)}."
 
 
 def _reason(found: Results) -> str:
