@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import random
 import time
 from collections import defaultdict
 from itertools import pairwise, permutations, product
@@ -12,6 +13,7 @@ from statistics import fmean, stdev
 import numpy as np
 import pytest
 from episode_worlds import episodes, looping, made_by_example, world
+from placeholders import undrawn
 from scipy import stats
 
 from lockprobe.foundation.errors import UserMistake
@@ -291,6 +293,19 @@ def test_what_does_not_match_is_compared_over_tasks_and_what_has_no_end_is_bound
     sure, open_ = (compare(whole, pairs, values)[2] for values in (whole.solved, half))
     assert open_.low <= sure.value <= open_.high
     assert open_.high - open_.low > sure.high - sure.low
+
+
+def test_a_page_is_written_whatever_is_there_and_whatever_is_not(tmp_path):
+    kinds = {name: lambda draw: draw.choice(["", "a", "b", "c"]) for name in ("agent", "condition", "task", "seed")}
+    kinds |= {"solved": lambda draw: draw.choice([0, 1, ""]), "score": lambda draw: draw.choice([0, 1, 0.3])}
+    kinds |= {"steps": lambda draw: draw.choice([0, 9, 40]), "actions": lambda draw: "xyzzy"[: draw.randrange(6)] * 9}
+    for seed in range(40):
+        draw = random.Random(seed)
+        there = draw.sample([*kinds], draw.randrange(1, 9))
+        rows = [{"episode": i} | {name: kinds[name](draw) for name in there} for i in range(draw.choice([1, 3, 80]))]
+        (tmp_path / "x.jsonl").write_text("\n".join(map(json.dumps, rows)).replace("xyz", "x y z "))
+        with undrawn():
+            assert write_episodes([tmp_path / "x.jsonl"], read_map(), first=8, out=tmp_path / "out").answer, seed
 
 
 def test_the_page_asks_one_question_first_and_says_what_it_cannot(report, mazes, tmp_path):

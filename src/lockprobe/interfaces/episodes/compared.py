@@ -91,8 +91,9 @@ def _change(
             alone = np.arange(len(both))
             return replace(clustered_difference(both, later, alone, alone, choices=choices), n=len(both))
         return _welch(low, high, choices)
-    apart, block, task = high - low, episodes.luck[of.first], episodes.task[of.first]
-    if of.by == "tasks":
+    if of.by == "pairs":
+        apart, block, task = high - low, episodes.luck[of.first], episodes.task[of.first]
+    else:
         apart = _means(high, of.key[of.second], len(of.tasks)) - _means(low, of.key[of.first], len(of.tasks))
         block = task = of.tasks
     there = ~np.isnan(apart)

@@ -173,6 +173,7 @@ def _made(cells: Mapping[str, list[Any]], places: Places) -> Episodes:
     names = {name: [*dict.fromkeys(cell or "" for cell in cells[name])] for name in TEXTS}
     codes = {name: dict(zip(own, range(len(own)), strict=True)) for name, own in names.items()}
     coded = [np.array([codes[name][cell or ""] for cell in cells[name]]) for name in TEXTS]
+    names = {name: [one or "(empty)" * (len(own) > 1) for one in own] for name, own in names.items()}
     for name in ("agent", "condition"):
         if len(names[name]) > MOST_NAMES:
             raise BadFile(places[0][0], f"column {name}: got {len(names[name])} names, expected at most {MOST_NAMES}")
