@@ -98,6 +98,25 @@ def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not
     assert spent == pytest.approx(2)
 
 
+def test_a_call_that_was_cancelled_before_it_was_sent_costs_nothing_and_holds_up_nobody(tmp_path):
+    worst = usage(wrote=100_000)  # all that is allowed
+
+    async def cancelled(calls):
+        asked, waiting = (asyncio.create_task(reserve(calls, worst, trial=trial)) for trial in (1, 2))
+        await asyncio.sleep(0)
+        asked.cancel()
+        await asyncio.wait([asked, waiting])
+
+    with call_log(tmp_path) as calls:
+        calls.budget = Budget(planned(DEAR), 1)
+        asyncio.run(asyncio.wait_for(cancelled(calls), 10))
+        assert calls.most == 0
+    assert [(call.error, call.unpriced) for call in read_calls(tmp_path)] == [
+        ("not sent: the run ended first", 0),
+        (BROKEN_OFF, 1),
+    ]
+
+
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 2**32), allowed=st.floats(0.05, 3), lanes=st.integers(1, 8))
 def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, allowed, lanes):

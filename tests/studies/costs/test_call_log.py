@@ -81,8 +81,40 @@ def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_
     with call_log(tmp_path) as calls:
         monkeypatch.setattr(Database, "transaction", lambda store, **how: commits.append(how) or plain(store, **how))
         (cancelled, *ended) = asyncio.run(all_of_them(calls))
-    assert (type(cancelled), ended, commits) == (asyncio.CancelledError, [None] * 7, [{"sync": True}] * 2)
+    assert (type(cancelled), ended, commits) == (asyncio.CancelledError, [None] * 7, [{"sync": True}] * 3)
     assert [(call.step, call.unanswered) for call in read_calls(tmp_path)] == [(1, 0), *((n, 1) for n in range(2, 9))]
+
+
+@pytest.mark.parametrize("turns", range(10))
+def test_a_reply_that_came_before_its_run_was_ended_is_on_disk(tmp_path, turns):
+    """Whether by Ctrl-C or by a fault of another trial: others are cancelled, some of them twice, at any moment."""
+    came, first = [], asyncio.Event()
+
+    async def lane(calls, step):
+        done = about(call := replace(replied(step), key=f"{step}"))
+        await calls.of(PLAN).reserve(done)
+        try:
+            await asyncio.sleep(0.001 * step)
+            done = call
+            came.append(step)
+            first.set()
+        finally:
+            await calls.of(PLAN).write(done)
+
+    async def ended(calls):
+        lanes = [asyncio.create_task(lane(calls, step)) for step in range(1, 5)]
+        await first.wait()
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        for _ in range(2):
+            for one in lanes:
+                one.cancel()
+            await asyncio.sleep(0)
+        await asyncio.gather(*lanes, return_exceptions=True)
+
+    with call_log(tmp_path) as calls:
+        asyncio.run(ended(calls))
+    assert came == [call.step for call in read_calls(tmp_path) if call.reply]
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,8 @@ _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 _TURNS = 8
 """Turns of the event loop, less than a millisecond, in which others that are ready come to a commit too."""
 
+_NOT_SENT = "not sent: the run ended first"
+
 
 def read_calls(directory: Path | str) -> list[Call]:
     """The calls of a study in the order in which they were asked; empty if no provider was asked.
@@ -145,8 +147,13 @@ class Calls:
             await self._news.wait()
         known = self._on_their_way.get(call.key)
         number, began = (next(self._numbers), time.monotonic()) if known is None else (known[0], known[2])
-        await self._put(number, replace(call, error=BROKEN_OFF))
         self._on_their_way[call.key] = number, call, began
+        try:
+            await self._put(number, replace(call, error=BROKEN_OFF))
+        except BaseException:  # it is not sent; of one that was sent before, its caller writes what became of it
+            if known is None:
+                await self.write(replace(call, error=_NOT_SENT))
+            raise
 
     async def write(self, call: Call) -> None:
         """Write a call to disk, with or without a reply. A call of unknown cost keeps its maximum cost."""
@@ -171,14 +178,22 @@ class Calls:
         self._rows.append((number, call.key, said, checksum(call.key, said)))
         if self._commit is None or self._commit.done():
             self._commit = asyncio.create_task(self._written())
-        await asyncio.shield(self._commit)  # the rows of others are not cancelled with this one
+        try:
+            await asyncio.shield(self._commit)  # which others wait for
+        except asyncio.CancelledError:  # nobody may be left to wait for it
+            self._write_rows()
+            raise
 
     async def _written(self) -> None:
         for _ in range(_TURNS):
             await asyncio.sleep(0)
-        rows, self._rows = self._rows, []
-        with self._store.transaction(sync=True) as writing:
-            writing.executemany("insert or replace into call values (?, ?, ?, ?)", rows)
+        self._write_rows()
+
+    def _write_rows(self) -> None:
+        if self._rows:
+            with self._store.transaction(sync=True) as writing:
+                writing.executemany("insert or replace into call values (?, ?, ?, ?)", self._rows)
+            self._rows = []
 
 
 class TrialCalls:
