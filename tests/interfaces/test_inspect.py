@@ -9,7 +9,6 @@ import pytest
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.interfaces.episodes.columns import read_map
 from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json
@@ -104,7 +103,7 @@ def test_logs_are_read_as_episodes_and_an_error_is_no_failure(tmp_path, tasks):
     samples = [Sample(id=f"s{i}", input=f"s{i}", target=str(i)) for i in range(3)]
     task = Task(dataset=samples, scorer=includes(), name="quiz", fail_on_error=False)
     evaluated(tmp_path, task, lambda messages: f"{1 // (messages[-1].text != 's2')}", epochs=2)
-    found = read_episodes(sorted(tmp_path.glob("*.eval")), read_map("inspect"))
+    found = read_episodes(sorted(tmp_path.glob("*.eval")), "inspect")
     assert (found.agents, found.conditions) == (["mockllm/model"], ["quiz"])
     ended = sorted((found.tasks[i], str(end)) for i, end in zip(found.task, found.solved, strict=True))
     assert ended == [("s0", "0.0"), ("s0", "0.0"), ("s1", "1.0"), ("s1", "1.0"), ("s2", "nan"), ("s2", "nan")]

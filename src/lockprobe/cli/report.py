@@ -68,11 +68,10 @@ def report(
 
 
 def _episodes(files: Sequence[Path], columns: str, first: int, out: Path | None, *, json: bool) -> None:
-    from lockprobe.interfaces.episodes.columns import read_map
     from lockprobe.interfaces.episodes.page import write_episodes
 
     out = out or Path(f"{files[0].stem}-report")
-    found = write_episodes(files, read_map(columns), first=first, out=out)
+    found = write_episodes(files, columns, first=first, out=out)
     page, notes = str(out / "report.html"), [fact.text for fact in found.facts]
     if json:
         print(json_.dumps({"report": page, "answer": found.answer, "notes": notes}))

@@ -22,9 +22,7 @@ class Episodes:
         agent, condition, task: Places of these names.
         luck: Number of its task and seed, from 0 as they come; -1 of an episode without a seed.
         rank: Which it is of several of one agent, condition and luck, from 0.
-        solved: 1 or 0; NaN where nobody says.
-        score: From 0 to 1; NaN where nobody says.
-        steps: Steps played; NaN where nobody says.
+        solved, score, steps: 1 or 0, from 0 to 1, and steps played; NaN where nobody says.
         actions: What each did, step by step; empty where nobody says.
     """
 
@@ -46,16 +44,16 @@ class Episodes:
 
     @property
     def measures(self) -> dict[str, Array]:
-        """What can be compared; the first is primary."""
+        """What can be compared."""
         known = {"success": self.solved, "score": self.score}
         return {name: values for name, values in known.items() if not np.isnan(values).all()}
 
     @property
-    def cells(self) -> dict[tuple[int, int], Flags]:
-        """Agent and condition, by place -> which episodes are theirs, if any."""
+    def cells(self) -> list[tuple[dict[str, str], Flags]]:
+        """The names of each agent and condition, and which episodes are theirs; those that have any."""
         every = ((a, c) for a in range(len(self.agents)) for c in range(len(self.conditions)))
-        own = {(a, c): (self.agent == a) & (self.condition == c) for a, c in every}
-        return {at: here for at, here in own.items() if here.any()}
+        own = [(a, c, (self.agent == a) & (self.condition == c)) for a, c in every]
+        return [({"agent": self.agents[a], "condition": self.conditions[c]}, at) for a, c, at in own if at.any()]
 
     def pairs(self, first: Flags, second: Flags, other: Codes) -> tuple[Codes, Codes]:
         """The places of the episodes of two sides that are pairs, in the order of luck.
@@ -69,9 +67,8 @@ class Episodes:
 
     def cluster(self, at: Codes, fewest: int) -> Codes:
         """What is independent of episodes: their tasks; of fewer tasks their luck, or each without a seed; from 0."""
-        if len(np.unique(self.task[at])) >= fewest:
-            return combined(self.task[at])
-        return combined(np.where(self.luck >= 0, self.luck, len(self) + np.arange(len(self)))[at])
+        alone = np.where(self.luck >= 0, self.luck, len(self) + np.arange(len(self)))
+        return combined((self.task if len(np.unique(self.task[at])) >= fewest else alone)[at])
 
 
 def combined(*columns: Codes) -> Codes:
@@ -94,7 +91,5 @@ def position(group: Codes) -> Codes:
     [0, 0, 1, 2]
     """
     order = np.argsort(group, kind="stable")
-    _, starts, sizes = np.unique(group[order], return_index=True, return_counts=True)
-    found = np.empty(len(group), dtype=np.int64)
-    found[order] = np.arange(len(group)) - np.repeat(starts, sizes)
-    return found
+    starts, sizes = np.unique(group[order], return_index=True, return_counts=True)[1:]
+    return (np.arange(len(group)) - np.repeat(starts, sizes))[np.argsort(order)]

@@ -42,7 +42,7 @@ class Played:
     """
 
     def __init__(self, episodes: Episodes, k: int) -> None:
-        self.actions, self.k = episodes.actions or [()] * len(episodes), k
+        self.actions, self.k = episodes.actions, k
         self.length: Codes = np.array([len(did) for did in self.actions], dtype=np.int64)
         self.onset: Codes = np.array([onset(did) for did in self.actions], dtype=np.int64)
         self.reach: Flags = self.length >= k
@@ -53,8 +53,8 @@ class Played:
         """The share of sequences with a loop by chance, of k actions of the chosen episodes, which reach k."""
         if null == "uniform":
             return chance_level(self.k, len(self._numbers)).probability
-        chosen = [self.actions[i][: self.k] for i in np.flatnonzero(of).tolist()]
-        return chance(np.array([[self._numbers[one] for one in did] for did in chosen]), null)
+        chosen = [[self._numbers[one] for one in self.actions[i][: self.k]] for i in np.flatnonzero(of).tolist()]
+        return chance(np.array(chosen), null)
 
 
 def chance(sequences: Codes, null: str) -> float:
@@ -63,8 +63,7 @@ def chance(sequences: Codes, null: str) -> float:
     every = np.repeat(np.arange(n), max(_FEWEST, _DRAWN // n))
     for some in np.array_split(every, -(-len(every) // _DRAWN)):
         own = sequences[some]
-        drawn = _chained(own, rng) if null == "Markov" else rng.permuted(own, axis=1)
-        found += int(np.count_nonzero(onset_batch(drawn)))
+        found += int((onset_batch(_chained(own, rng) if null == "Markov" else rng.permuted(own, axis=1)) > 0).sum())
     return found / len(every)
 
 

@@ -1,7 +1,8 @@
 """Files of episodes, read as data: CSV, JSON lines, Parquet, and logs of Inspect through its own reader.
 
 A file comes from anywhere: it is read with limits, and a mistake in it is one line that says where it is, what came and
-what was expected.
+what was expected. Which column is which says a preset, or a TOML file: ``agent = "model_name"`` names the column of the
+file, ``condition = { constant = "plain" }`` gives all rows one value, ``preset`` begins from names of a benchmark.
 """
 
 from __future__ import annotations
@@ -19,21 +20,25 @@ from typing import Any
 import numpy as np
 
 from lockprobe.foundation.errors import BadFile, UnknownName, needing
-from lockprobe.foundation.inputs import LARGEST_INPUT, read_input
-from lockprobe.interfaces.episodes.columns import TEXTS, ColumnMap
+from lockprobe.foundation.inputs import LARGEST_INPUT, read_input, read_toml
 from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, combined, position
 
 MOST_ROWS, MOST_NAMES = 1_000_000, 30
 """Rows of all files; agents, and conditions, that one page compares."""
+
+PRESETS = {
+    "inspect": "",
+    "balrog": "agent=model_id condition=agent steps=num_steps score=progression step=Step action=Action",
+    "gymnasium": "score=r steps=l",
+}
+"""Names of columns that are not ours, in tables like BALROG's and by ``RecordEpisodeStatistics``; a log of Inspect is
+read into ours. A file may lack some."""
 
 _LONGEST = 1000
 """Characters of a name."""
 
 Rows = Iterator[tuple[int, Mapping[str, Any]]]
 """The number of a line, and its cells by column; an empty one is None, an empty text, or not there."""
-
-Places = Sequence[tuple[Path, int]]
-"""The file and the line of each row."""
 
 
 def _name(cell: Any) -> str:
@@ -43,7 +48,6 @@ def _name(cell: Any) -> str:
 
 
 def _number(cell: Any, *, most: float = 1.0, whole: bool = False) -> float:
-    """A number from 0 to ``most``."""
     value = float({"true": 1, "false": 0}.get(cell.lower(), cell) if isinstance(cell, str) else cell)
     if not 0 <= value <= most or (whole and value != int(value)):
         raise ValueError
@@ -60,50 +64,77 @@ def _actions(cell: Any) -> tuple[str, ...]:
 
 _TEXT = _name, f"a text of at most {_LONGEST} characters"
 
-_CELLS: Mapping[str, tuple[Callable[[Any], Any], str]] = {
-    **dict.fromkeys(TEXTS, _TEXT),
+_TEXTS = ("agent", "condition", "task", "seed", "episode")
+"""Columns that say which episode a row is of, or is part of."""
+
+COLUMNS: Mapping[str, tuple[Callable[[Any], Any], str]] = {
+    **dict.fromkeys((*_TEXTS, "action", "told"), _TEXT),
     "step": (partial(_number, most=1e9), "a number from 0"),
-    "action": _TEXT,
-    "solved": (partial(_number, whole=True), "0 or 1, or true or false"),
+    **dict.fromkeys(("solved", "told_falsely"), (partial(_number, whole=True), "0 or 1, or true or false")),
     "score": (_number, "a number from 0 to 1"),
     "steps": (partial(_number, most=1e9, whole=True), "a whole number from 0"),
     "actions": (_actions, "a JSON list of texts, or words with spaces between"),
 }
-"""What the cells of a column are read with, and what they have to be."""
+"""All columns that a file may have, under these names or others: what their cells are read with, and have to be."""
 
 
-def read_episodes(paths: Sequence[Path], columns: ColumnMap) -> Episodes:
+def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
     """The episodes of one or several files; the lines of Parquet and of logs are their rows, from 1.
+
+    Args:
+        paths: The files, whose episodes are taken together.
+        asked: What says which column is which: a preset, or a TOML file; without one all have our names.
 
     Raises:
         BadFile: If a file is too large, is not what its name says or holds no episode, or a cell is not what its column
             has to have, or an episode or a step is there twice.
-        UnknownName: If a column that the map names is not there.
+        UnknownName: If a preset, a column of ours, or one that is named of the file, does not exist.
         Missing: If what reads the file is not installed.
     """
-    cells, places, names = {name: list[Any]() for name in _CELLS}, list[tuple[Path, int]](), dict[str, None]()
+    names, constants, named = _mapped(asked)
+    cells, places, there = {name: list[Any]() for name in COLUMNS}, list[tuple[Path, int]](), dict[str, None]()
     for path in paths:
-        kind = ".eval" if columns.inspect else path.suffix
-        if kind not in _READERS:
+        if path.suffix not in _READERS:
             raise BadFile(path, f"expected a name that ends in {', '.join(_READERS)}")
-        for number, row in _READERS[kind](path):
+        for number, row in _READERS[path.suffix](path):
             if len(places) == MOST_ROWS:
                 raise BadFile(path, f"line {number}: got more than {MOST_ROWS} rows, expected at most so many")
-            names.update(dict.fromkeys(row))
+            there.update(dict.fromkeys(row))
             places.append((path, number))
-            for name, (parse, expected) in _CELLS.items():
-                cell = columns.constants.get(name) or row.get(columns.names[name])
+            for name, (parse, expected) in COLUMNS.items():
+                cell = constants.get(name) or row.get(names[name])
                 try:
                     cells[name].append(None if cell in (None, "") else parse(cell))
                 except (TypeError, ValueError, OverflowError, RecursionError):
-                    where = f"line {number}, column {columns.names[name]}"
-                    raise BadFile(path, f"{where}: got {cell!r:.80}, expected {expected}") from None
+                    said = f"line {number}, column {names[name]}: got {cell!r:.80}, expected {expected}"
+                    raise BadFile(path, said) from None
     if not places:
         raise BadFile(paths[0], "got no row, expected an episode")
-    for name in columns.asked:
-        if columns.names[name] not in names:
-            raise UnknownName(f"column of {paths[0]}", columns.names[name], names)
+    if missing := [name for name in named if name not in there]:
+        raise UnknownName(f"column of {paths[0]}", missing[0], there)
     return _made(cells, places)
+
+
+def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str]]:
+    """Our column -> that of the file; our column -> what every row has; columns of the file that somebody named."""
+    written = {"preset": asked} if asked in PRESETS else read_toml(Path(asked)) if asked else {}
+    names, constants, named = {name: name for name in COLUMNS}, dict[str, str](), list[str]()
+    if preset := str(written.pop("preset", "")):
+        if preset not in PRESETS:
+            raise UnknownName("preset", preset, PRESETS)
+        names |= dict(pair.split("=") for pair in PRESETS[preset].split())
+    for name, value in written.items():
+        if name not in COLUMNS:
+            raise UnknownName(f"column, or setting of {asked},", name, (*COLUMNS, "preset"))
+        match value:
+            case str():
+                names[name] = value
+                named.append(value)
+            case {"constant": str() | int() | float() as constant}:
+                constants[name] = str(constant)
+            case _:
+                raise BadFile(asked, f"{name}: got {value!r}, expected the name of a column, or {{ constant = VALUE }}")
+    return names, constants, named
 
 
 def _text(path: Path) -> str:
@@ -116,32 +147,23 @@ def _text(path: Path) -> str:
 
 
 def _csv_rows(path: Path) -> Rows:
-    """Rows below a line of names; a first line after ``#``, as monitors of Gymnasium write one, is left out."""
-    reader, header = csv.reader(io.StringIO(_text(path), newline=""), strict=True), list[str]()
+    reader = csv.DictReader(io.StringIO(_text(path), newline=""), strict=True)
     try:
         for row in reader:
-            if not header and not "".join(row[:1]).startswith("#"):
-                header = row
-                if len({*header}) < len(header):
-                    raise BadFile(path, f"line {reader.line_num}: got a column twice, expected names that differ")
-            elif header and row:
-                if len(row) != len(header):
-                    raise BadFile(path, f"line {reader.line_num}: got {len(row)} cells, expected {len(header)}")
-                yield reader.line_num, dict(zip(header, row, strict=True))
+            if None in row or None in row.values():
+                raise BadFile(path, f"line {reader.line_num}: got more or fewer cells than columns, expected one each")
+            yield reader.line_num, row
     except csv.Error as error:
-        raise BadFile(path, f"line {reader.line_num}: not CSV ({error})") from None
+        raise BadFile(path, f"line {reader.reader.line_num}: not CSV ({error})") from None
 
 
 def _json_rows(path: Path) -> Rows:
     for number, line in enumerate(_text(path).split("\n"), 1):
         if line.strip():
             try:
-                row = json.loads(line)
-            except (ValueError, RecursionError) as error:
-                raise BadFile(path, f"line {number}: not JSON ({error})") from None
-            if not isinstance(row, dict):
-                raise BadFile(path, f"line {number}: got {line[:20]!r}, expected a JSON object")
-            yield number, row
+                yield number, dict(json.loads(line))
+            except (TypeError, ValueError, RecursionError) as error:
+                raise BadFile(path, f"line {number}: not a JSON object ({error})") from None
 
 
 def _parquet_rows(path: Path) -> Rows:
@@ -153,10 +175,9 @@ def _parquet_rows(path: Path) -> Rows:
         groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
         if file.metadata.num_rows > MOST_ROWS or sum(one.total_byte_size for one in groups) > LARGEST_INPUT:
             raise BadFile(path, f"expected at most {MOST_ROWS} rows, and {LARGEST_INPUT} bytes when it is unpacked")
-        rows = file.read().to_pylist()
+        yield from enumerate(file.read().to_pylist(), 1)
     except (arrow.ArrowException, OSError) as error:
         raise BadFile(path, f"not Parquet ({error})") from None
-    yield from enumerate(rows, 1)
 
 
 def _logged(path: Path) -> Rows:
@@ -168,53 +189,37 @@ def _logged(path: Path) -> Rows:
 _READERS = {".csv": _csv_rows, ".jsonl": _json_rows, ".parquet": _parquet_rows, ".eval": _logged}
 
 
-def _made(cells: Mapping[str, list[Any]], places: Places) -> Episodes:
+def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) -> Episodes:
     """The episodes of the rows, which are of one each, or of one step each if they have an action or a step."""
-    names = {name: [*dict.fromkeys(cell or "" for cell in cells[name])] for name in TEXTS}
-    codes = {name: dict(zip(own, range(len(own)), strict=True)) for name, own in names.items()}
-    coded = [np.array([codes[name][cell or ""] for cell in cells[name]]) for name in TEXTS]
-    names = {name: [one or "(empty)" * (len(own) > 1) for one in own] for name, own in names.items()}
-    for name in ("agent", "condition"):
-        if len(names[name]) > MOST_NAMES:
-            raise BadFile(places[0][0], f"column {name}: got {len(names[name])} names, expected at most {MOST_NAMES}")
+    names, coded = dict[str, list[str]](), dict[str, Codes]()
+    for name in _TEXTS:
+        own = {cell: i for i, cell in enumerate(dict.fromkeys(cells[name]))}
+        names[name] = [cell or "(empty)" * (len(own) > 1) for cell in own]
+        coded[name] = np.array([own[cell] for cell in cells[name]])
+        if len(own) > MOST_NAMES and name in ("agent", "condition"):
+            raise BadFile(places[0][0], f"column {name}: got {len(own)} names, expected at most {MOST_NAMES}")
     solved, score, steps, step = (np.array(cells[name], dtype=float) for name in ("solved", "score", "steps", "step"))
-    there, key = {name for name, own in cells.items() if own.count(None) < len(own)}, combined(*coded)
-    if there & {"step", "action"}:
-        if "step" in there:
-            _once(places, combined(key, np.unique(step, return_inverse=True)[1].reshape(-1)), "step")
+    there, key = {name for name, own in cells.items() if own.count(None) < len(own)}, combined(*coded.values())
+    of_steps = bool(there & {"step", "action"})
+    once = key if not of_steps else combined(key, np.unique(step, return_inverse=True)[1].reshape(-1))
+    judged = there & ({"step"} if of_steps else {"seed", "episode"})
+    for row in np.flatnonzero(position(once))[:1].tolist() if judged else ():
+        (path, line), (_, earlier) = places[row], places[int(np.argmax(once == once[row]))]
+        what = "step of line {}" if of_steps else "episode of line {} (a column episode tells several apart)"
+        raise BadFile(path, f"line {line}: got again the {what.format(earlier)}, expected each once")
+    first, actions = np.arange(len(key)), [did or () for did in cells["actions"]]
+    if of_steps:
         first, solved, score, steps, actions = _joined(key, step, solved, score, cells["action"])
-    else:
-        if there & {"seed", "episode"}:
-            _once(places, key, "episode")
-        first, actions = np.arange(len(key)), [did or () for did in cells["actions"]]
-        steps = np.where(np.isnan(steps), [len(did) or np.nan for did in actions], steps)
+    steps = np.where(np.isnan(steps), [len(did) or np.nan for did in actions], steps)
     if np.isnan(solved).all() and np.isin(score[~np.isnan(score)], (0, 1)).all():
         solved, score = score, solved
-    agent, condition, task, seed = (column[first] for column in coded[:4])
-    seeded = np.array([cell is not None for cell in cells["seed"]])[first]
-    luck = np.where(seeded, combined(task, seed), -1)
+    agent, condition, task, seed, _ = (column[first] for column in coded.values())
+    luck = np.where(np.array([cell is not None for cell in cells["seed"]])[first], combined(task, seed), -1)
     return Episodes(
-        agents=names["agent"],
-        conditions=names["condition"],
-        tasks=names["task"],
-        agent=agent,
-        condition=condition,
-        task=task,
-        luck=luck,
-        rank=position(combined(agent, condition, luck + 1)),
-        solved=solved,
-        score=score,
-        steps=steps,
-        actions=actions,
-    )
-
-
-def _once(places: Places, key: Codes, what: str) -> None:
-    """Refuse two rows of one key: of one ``what``."""
-    for row in np.flatnonzero(position(key))[:1].tolist():
-        (path, line), (_, earlier) = places[row], places[int(np.argmax(key == key[row]))]
-        more = " (a column episode tells several of one seed apart)" * (what == "episode")
-        raise BadFile(path, f"line {line}: got the {what} of line {earlier} again, expected each once{more}")
+        agents=names["agent"], conditions=names["condition"], tasks=names["task"], agent=agent, condition=condition,
+        task=task, luck=luck, rank=position(combined(agent, condition, luck + 1)), solved=solved, score=score,
+        steps=steps, actions=actions,
+    )  # fmt: skip
 
 
 def _joined(
