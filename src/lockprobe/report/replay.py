@@ -10,13 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, partial
+from functools import cache
 from itertools import zip_longest
 from typing import Any, Literal
 
 import numpy as np
 
 from lockprobe.agents.catalogue import is_local, is_strategy, resolve
+from lockprobe.agents.llm.asking_again import decided
+from lockprobe.agents.llm.settings import Model
 from lockprobe.agents.prompt import prompt_fingerprint
 from lockprobe.agents.reply import parse_reply
 from lockprobe.foundation.errors import ModelFault, NotHere, ReplyFault, UserMistake
@@ -110,9 +112,7 @@ def _agent(trial: Trial, kind: AgentKind, *kept: list[Call]) -> Agent:
     if kind == "local":
         return _Redrawn(trial)
     if kind == "hosted":
-        from lockprobe.agents.llm.model import ReplayedModel
-
-        return ReplayedModel(trial.facts, trial.agent, partial(take, kept))
+        return _Answered(trial, kept)
     return _Recorded(trial)
 
 
@@ -133,6 +133,28 @@ class _Recorded:
         for decision in self._decisions:
             return decision
         raise ModelFault("the record ends here")
+
+
+class _Answered:
+    """A hosted model that decides again by the replies on record, and is not asked.
+
+    Its settings are those of the record, so that each request has to be the one that was sent.
+    """
+
+    unseeded = True
+
+    def __init__(self, trial: Trial, kept: Sequence[list[Call]]) -> None:
+        self._model, self._kept, self.facts = Model.as_sent(trial.agent, trial.facts), kept, trial.facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Decide by the replies, each of which is there for one request."""
+
+        async def ask(new: Call, *asked: object) -> Call:
+            if (known := take(self._kept, new.step, new.turn, new.request)) is None:
+                raise ModelFault("there is no such reply")
+            return known
+
+        return await decided(situation, self._model, ask)
 
 
 class _Redrawn:

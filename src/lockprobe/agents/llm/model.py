@@ -6,7 +6,7 @@ only the newest do: ``llm:openai/gpt-4o?images=4``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -134,26 +134,3 @@ class HostedModel:
 def _counted(answer: Call) -> int:
     """The tokens read; 0 where failed attempts may be counted too, or what is kept is the largest possible count."""
     return 0 if answer.retries or answer.claimed else answer.usage.input_tokens
-
-
-class ReplayedModel:
-    """A model in a trial that has ended: it decides again by the replies on record, and no provider is asked.
-
-    Its settings are those of the record, so that each request has to be the one that was sent. ``recall`` leads from
-    step, turn and request to the reply; None without one, which is a ``ModelFault``.
-    """
-
-    unseeded = True
-
-    def __init__(self, facts: Mapping[str, Fact], spec: str, recall: Callable[[int, int, str], Call | None]) -> None:
-        self.facts, self._recall, self._model = facts, recall, Model.as_sent(spec, facts)
-
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Decide as on record."""
-
-        async def ask(new: Call, *asked: object) -> Call:
-            if (known := self._recall(new.step, new.turn, new.request)) is None:
-                raise ModelFault("there is no such reply")
-            return known
-
-        return await decided(situation, self._model, ask)
