@@ -12,11 +12,10 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from string import Formatter
 from typing import Literal
 
 from lockprobe.agents.reply import asked_for, spoken
-from lockprobe.foundation.errors import BadValue, ReplyFault, UnknownName
+from lockprobe.foundation.errors import ReplyFault
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
@@ -120,20 +119,6 @@ def instructions(situation: Situation, reply: str = "") -> str:
         reply=reply or f"Reply with one JSON object and nothing else:\n{{{items}}}",
     )
     return text if warning in text else f"{text} {warning}"
-
-
-def check_template(text: str) -> None:
-    """Refuse a template of an instruction that cannot be filled in or played by."""
-    try:
-        parts = [(name, form or how) for _, name, form, how in Formatter().parse(text) if name is not None]
-    except ValueError as error:
-        raise BadValue("template", str(error), "fields in single braces, and all other braces doubled") from None
-    for name, more in parts:
-        if name not in FIELDS or more:
-            raise UnknownName("field of a template", f"{name}{more or ''}", FIELDS)
-    names = [name for name, _ in parts]
-    if not {*FIELDS[:3]} <= {*names}:
-        raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(FIELDS[:3])}")
 
 
 def conversation(situation: Situation, *, images: int = 0) -> list[Message]:

@@ -8,10 +8,11 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from string import Formatter
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from lockprobe.agents.prompt import check_template
-from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.agents.prompt import FIELDS
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.validation import Checked, Share, Within
 from lockprobe.interventions.told import AtRandomSteps
@@ -143,7 +144,16 @@ class OwnPrompt:
             text = content.decode("utf-8").strip()
         except UnicodeDecodeError as error:
             raise BadFile(self.file, f"not UTF-8 ({error.reason})") from None
-        check_template(text)
+        try:
+            names = [f"{name}{form or how or ''}" for _, name, form, how in Formatter().parse(text) if name is not None]
+        except ValueError as error:
+            said = "fields in single braces, and all other braces doubled"
+            raise BadValue("template", str(error), said) from None
+        for name in names:
+            if name not in FIELDS:
+                raise UnknownName("field of a template", name, FIELDS)
+        if not {*FIELDS[:3]} <= {*names}:
+            raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(FIELDS[:3])}")
         object.__setattr__(self, "sha256", found)
         object.__setattr__(self, "text", text)
 
