@@ -40,7 +40,7 @@ NAMED = "a name without control characters"
         ("human-inspired:fast", UnknownName, "no strategy is called 'human-inspired:fast' (did you mean 'human-inspired'?); there are: random"),
         ("cognitive:slow", UnknownName, "no strategy is called 'cognitive:slow' (did you mean 'cognitive:careful'?); there are: "),
         ("ideal-observer:x", UnknownName, "no strategy is called 'ideal-observer:x'"),
-        ("llm:gpt", UnknownName, "no language model is called 'llm:gpt'; there are: llm:local, llm:gguf:PATH, llm:PROVIDER/MODEL"),
+        ("llm:gpt", BadValue, "language model: got 'gpt', expected PROVIDER/MODEL such as openai/gpt-4o, local or gguf:PATH"),
         ("random:x", UnknownName, "no strategy is called 'random:x'"),
         ("viewers", UnknownName, "no agent is called 'viewers'"),
         ("viewer:llm:local", UnknownName, "no strategy is called 'llm:local'; there are: random, random-no-repeat"),

@@ -215,8 +215,8 @@ def models(tmp_path, monkeypatch):
     ("spec", "message"),
     [
         ("llm:local?heat=1", "no option of a local model is called 'heat'; there are: temperature"),
-        ("llm:local?temperature=0", "temperature: got 0.0, expected a number above 0"),
-        ("llm:gguf:a.gguf?temperature=inf", "temperature: got inf, expected a number above 0"),
+        ("llm:local?temperature=0", "temperature: got 0.0, expected a number from 0.001 to 1000"),
+        ("llm:gguf:a.gguf?temperature=inf", "temperature: got inf, expected a number from 0.001 to 1000"),
         ("llm:gguf:none.gguf", "none.gguf: cannot be read (No such file or directory)"),
         ("llm:gguf:text.gguf", "text.gguf: not a GGUF file"),
         ("llm:gguf:A@0123456789ab", "llm:gguf:A@0123456789ab is not known on this machine"),

@@ -104,13 +104,10 @@ def test_the_softmax_is_its_formula(pulls, decay, reset, reports):
 
 @pytest.mark.slow
 def test_lies_hurt_one_character_help_another_and_of_the_third_a_few_help_and_many_hurt():
-    at = {
-        name: [population(f"cognitive:{name}", p=p, trials=1000, seed=5).success for p in (0.0, 0.4, 1.0)]
-        for name in CHARACTERS
-    }
-    assert at["careful"][0] > at["careful"][1] > at["careful"][2] + 0.05
-    assert at["perseverant"][0] + 0.2 < at["perseverant"][1] < at["perseverant"][2]
-    assert at["insistent"][0] + 0.02 < at["insistent"][1] > at["insistent"][2] + 0.15
+    at = {name: [population(name, p=p, trials=1000, seed=5).success for p in (0.0, 0.4, 1.0)] for name in CHARACTERS}
+    assert at["cognitive:careful"][0] > at["cognitive:careful"][1] > at["cognitive:careful"][2] + 0.05
+    assert at["cognitive:perseverant"][0] + 0.2 < at["cognitive:perseverant"][1] < at["cognitive:perseverant"][2]
+    assert at["cognitive:insistent"][0] + 0.02 < at["cognitive:insistent"][1] > at["cognitive:insistent"][2] + 0.15
 
 
 FALSE, TRUE = Told(joint=1, moved=True), Told(joint=1, moved=False)

@@ -10,7 +10,6 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from inspect import iscoroutinefunction
-from math import inf
 from typing import Any, Literal
 
 from lockprobe.agents.llm.settings import Access, Model, ModelSettings
@@ -21,6 +20,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import find_plugin, first_line, plugin_names
 from lockprobe.foundation.spec import MCP, PEOPLE, Spec, arguments_from, options_of, spec_kind, spec_name
 from lockprobe.foundation.terminal_text import printable
+from lockprobe.foundation.validation import check_number
 from lockprobe.trial.protocols import Agent
 
 Engine = Literal["inline", "process", "network", "person", "client"]
@@ -40,7 +40,7 @@ _OUTSIDE = {
 
 _SAID = {
     **{name: first_line(type(one)) for name, one in STRATEGIES.items()},
-    **{f"cognitive:{name}": said for name, said in CHARACTERS.items()},
+    **CHARACTERS,
     _OBSERVER: "Infers the interlock from all reports (Bayesian) and plans by the posterior.",
     "viewer": "Reads pictures and plays any strategy with its readings.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
@@ -55,14 +55,14 @@ def _with_options(name: str) -> str:
 
 
 _PRESETS = [name for name in STRATEGIES if name.startswith("human-inspired")]
-_FIXED = [f"cognitive:{name}" for name in CHARACTERS]
 
 KNOWN: Mapping[str, str] = {
-    **{name: _with_options(name) for name in STRATEGIES if name not in (*_PRESETS, *_FIXED)},
+    **{name: _with_options(name) for name in STRATEGIES if name not in (*_PRESETS, *CHARACTERS)},
     _OBSERVER: f"{_SAID[_OBSERVER]} Options: prior, noise, reading.",
     "human-inspired[:PRESET]": f"{_with_options('human-inspired')} Presets: "
     f"{', '.join(name.partition(':')[2] for name in _PRESETS[1:])}.",
-    "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
+    "cognitive:CHARACTER": "A softmax memory with fixed settings. Characters: "
+    f"{', '.join(name.partition(':')[2] for name in CHARACTERS)}.",
     "viewer[:STRATEGY]": f"{_SAID['viewer']} It can misread; its strategy is {_VIEWED} unless you name one. "
     "Options: acuity, and its strategy's.",
     "llm:local": _SAID["llm:local"],
@@ -194,8 +194,7 @@ def _language_model(spec: Spec, access: Access | None) -> AgentSource:
         from lockprobe.agents import local
 
         given: Any = arguments_from(local.LocalModel, "a local model", spec.options, taken=("engine",))
-        if not 0 < given.get("temperature", 1.0) < inf:
-            raise BadValue("temperature", given["temperature"], "a number above 0")
+        check_number("temperature", given.get("temperature", 1.0), 0.001, 1000)
         return AgentSource(
             spec=text,
             engine="process",
@@ -203,8 +202,6 @@ def _language_model(spec: Spec, access: Access | None) -> AgentSource:
             make=lambda: local.LocalModel(local.Engine(local.locate(spec.full_name)), **given),
             check=lambda: (local.runtime(), local.locate(spec.full_name)),
         )
-    if "/" not in spec.name.strip("/"):
-        raise UnknownName("language model", text, [name for name in KNOWN if spec_kind(name) == spec.kind])
     model = Model.parse(text)
 
     def make() -> Agent:

@@ -14,13 +14,14 @@ import json
 import os
 import re
 import urllib.request
+from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lockprobe.agents.policy import draw, refuse_pictures
+from lockprobe.agents.policy import refuse_pictures, running_sums
 from lockprobe.agents.prompt import example, fingerprint
 from lockprobe.agents.reply import CLAIMS
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing, ModelFault
@@ -284,7 +285,7 @@ def drawn(
     number = float(rng.random())
     said = "" if claim is None else list(_CLAIMS)[int(number >= claim)]
     probabilities = tuple(chances(said))
-    joint = situation.task.joints[draw(probabilities, rng.random())]
+    joint = situation.task.joints[bisect_right(running_sums(probabilities), rng.random())]
     about = f"Last joint: {situation.percept.joint}{said}. " if said else ""
     return Decision(
         joint=joint,

@@ -99,9 +99,7 @@ def refuse_pictures(percept: Percept, reader: str) -> None:
 
 def opened_after(opened: int, told: Told) -> int:
     """Joints believed away from their start, bit j for joint j: as told, or else as the outcomes imply."""
-    if told.shifted is not None:
-        return told.shifted
-    return opened ^ (told.moved << told.joint)
+    return opened ^ (told.moved << told.joint) if told.shifted is None else told.shifted
 
 
 def evenly(joints: Collection[int], view: View, lapse: float = 0.0) -> tuple[float, ...]:
@@ -112,14 +110,12 @@ def evenly(joints: Collection[int], view: View, lapse: float = 0.0) -> tuple[flo
 
 
 def running_sums(probabilities: Sequence[float]) -> list[float]:
-    """The sums of the probabilities up to each joint; infinite from the last possible one on, for rounding errors."""
+    """The sums of the probabilities up to each joint; infinite from the last possible one on, for rounding errors.
+
+    A random number in [0, 1) draws the first joint whose sum exceeds it: ``bisect_right(sums, number)``.
+    """
     last = max(j for j, probability in enumerate(probabilities) if probability > 0)
     return [*list(accumulate(probabilities))[:last], *[math.inf] * (len(probabilities) - last)]
-
-
-def draw(probabilities: Sequence[float], number: float) -> int:
-    """The joint of a random number in [0, 1): the first at which the running sum exceeds it."""
-    return bisect_right(running_sums(probabilities), number)
 
 
 class Recall(NamedTuple, Generic[Memory]):

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
-from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_number
+from lockprobe.foundation.validation import Checked, Share, Within
 from lockprobe.trial.record import Fact
 
 
@@ -86,7 +85,7 @@ class Tried(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class HumanInspired(Policy[Tried]):
+class HumanInspired(Checked, Policy[Tried]):
     """Rules joints out by what it was told, spares some and takes one of the rest, by default the target first.
 
     1. With ``target="first"``: the target, unless it is ruled out.
@@ -110,10 +109,7 @@ class HumanInspired(Policy[Tried]):
     memory: Literal["since-move", "configuration", "none"] = "since-move"
     spare: Literal["opened", "moved", "none"] = "opened"
     nearest: bool = False
-    lapse: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_number("lapse", self.lapse)
+    lapse: Share = 0.0
 
     @property
     def heeds_panel(self) -> bool:  # type: ignore[override]  # a flag of each one, not of the class
@@ -156,6 +152,9 @@ class HumanInspired(Policy[Tried]):
         return evenly(fresh or untried or range(view.joints), view, self.lapse)
 
 
+_Pull = Annotated[float, Within(-1e6, 1e6)]
+
+
 class Traces(NamedTuple):
     """The memory of the softmax model."""
 
@@ -166,7 +165,7 @@ class Traces(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SoftmaxMemory(Policy[Traces]):
+class SoftmaxMemory(Checked, Policy[Traces]):
     """A softmax over the joints: joint j has probability proportional to exp(U_j), a sum of pulls.
 
     ``U_j = target [j is the target] + closed [j is where it was at the start, as told] - failure F_j
@@ -180,21 +179,14 @@ class SoftmaxMemory(Policy[Traces]):
     exact: ClassVar[bool] = True
     heeds_panel = False
 
-    target: float = 0.0
-    closed: float = 0.0
-    failure: float = 0.0
-    decay: float = 1.0
-    reset: float = 1.0
-    recent: float = 0.0
-    stay: float = 0.0
-    position: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
-            if not math.isfinite(value):
-                raise BadValue(name, value, "a finite number")
-        check_number("decay", self.decay)
-        check_number("reset", self.reset)
+    target: _Pull = 0.0
+    closed: _Pull = 0.0
+    failure: _Pull = 0.0
+    decay: Share = 1.0
+    reset: Share = 1.0
+    recent: _Pull = 0.0
+    stay: _Pull = 0.0
+    position: _Pull = 0.0
 
     def begin(self, view: View) -> Traces:
         """No failures."""
@@ -301,8 +293,8 @@ reports hurt the careful one and help the perseverant one; of the insistent one 
 """
 
 CHARACTERS: Mapping[str, str] = {
-    "careful": "Turns to what has neither moved nor failed, the target first.",
-    "perseverant": "Does again what has just moved, and so undoes it.",
-    "insistent": "Does again what has just failed.",
+    "cognitive:careful": "Turns to what has neither moved nor failed, the target first.",
+    "cognitive:perseverant": "Does again what has just moved, and so undoes it.",
+    "cognitive:insistent": "Does again what has just failed.",
 }
-"""What a softmax memory does with some settings."""
+"""What a softmax memory does with the settings of a name."""

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.validation import check_whole
+from lockprobe.foundation.validation import Checked, Within
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Viewer:
+class Viewer(Checked):
     """Reads the joints' positions from pictures and plays a strategy by them.
 
     Attributes:
@@ -34,11 +34,7 @@ class Viewer:
 
     strategy: Agent
     name: str
-    acuity: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.acuity is not None:
-            check_whole("acuity", self.acuity, 4)
+    acuity: Annotated[int, Within(4)] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:

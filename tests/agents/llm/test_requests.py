@@ -144,10 +144,10 @@ def test_the_record_says_what_was_sent_what_is_fixed_and_what_the_provider_decid
         ("a/b?temperature=nan", "temperature: got nan, expected a number from 0 to 2"),
         ("a/b?temperature=2.1", "temperature: got 2.1, expected a number from 0 to 2"),
         ("a/b?top_p=0", "top_p: got 0.0, expected a number from 0.001 to 1"),
-        ("a/b?max_tokens=0", "max_tokens: got 0, expected a number from 1 to 10000000"),
+        ("a/b?max_tokens=0", "max_tokens: got 0, expected a whole number from 1 to 10000000"),
         ("a/b?effort=huge", "effort: got 'huge', expected one of none, minimal, low, medium, high, xhigh, max"),
-        ("a/b?repairs=21", "repairs: got 21, expected a number from 0 to 20"),
-        ("a//b", "language model: got 'a//b', expected PROVIDER/MODEL, for example openai/gpt-4o"),
+        ("a/b?repairs=21", "repairs: got 21, expected a whole number from 0 to 20"),
+        ("a//b", "language model: got 'a//b', expected PROVIDER/MODEL such as openai/gpt-4o, local or gguf:PATH"),
         ("openai/gpt-4o?upstream=x", "upstream cannot be combined with llm:openai/gpt-4o"),
     ],
 )  # fmt: skip
@@ -163,7 +163,7 @@ def test_an_option_that_cannot_be_or_that_a_model_refuses_is_one_line_before_any
 )
 def test_how_a_provider_is_reached_has_limits(wrong):
     option, value = wrong.split("=")
-    with pytest.raises(BadValue, match=f"^{option}: got {value}.*, expected a number from"):
+    with pytest.raises(BadValue, match=f"^{option}: got {value}.*, expected a (whole )?number from"):
         Access(**{option: float(value)})
 
 

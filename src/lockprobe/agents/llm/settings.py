@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from math import ceil
-from typing import Any, Literal
+from typing import Annotated, Literal
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.agents.prompt import Message
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.foundation.validation import Checked, Within
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Fact
 
@@ -33,21 +34,8 @@ beginning and end; for the form of the reply, of which ours has 84; for a pictur
 a reply without a limit."""
 
 
-def _within(least: float, most: float, usual: float | None = None) -> Any:
-    return field(default=usual, metadata={"range": (least, most)})
-
-
-@dataclass(frozen=True, slots=True)
-class _InRange:
-    def __post_init__(self) -> None:
-        for option in fields(self):
-            value, (least, most) = getattr(self, option.name), option.metadata.get("range", (0, 0))
-            if most and value is not None and not least <= value <= most:
-                raise BadValue(option.name, value, f"a number from {least} to {most}")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelSettings(_InRange):
+class ModelSettings(Checked):
     """The options of a model, each within its least and most. One that is None is not sent: the provider decides.
 
     Attributes:
@@ -61,15 +49,15 @@ class ModelSettings(_InRange):
         repairs: How often a malformed reply is requested again before the trial ends as ``error``.
     """
 
-    temperature: float | None = _within(0, 2)
-    top_p: float | None = _within(0.001, 1)
+    temperature: Annotated[float, Within(0, 2)] | None = None
+    top_p: Annotated[float, Within(0.001, 1)] | None = None
     effort: Effort | None = None
-    max_tokens: int | None = _within(1, 10**7)
+    max_tokens: Annotated[int, Within(1, 10**7)] | None = None
     schema: Schema | None = None
     upstream: str | None = None
-    images: int = _within(0, 10**6, 0)
+    images: Annotated[int, Within(0, 10**6)] = 0
     detail: Literal["auto", "low", "high"] = "high"
-    repairs: int = _within(0, 20, 4)
+    repairs: Annotated[int, Within(0, 20)] = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +79,7 @@ class Model:
         name = asked.full_name
         parts = name.split("/")
         if len(parts) < 2 or any(part.strip() != part or part in ("", ".", "..") for part in parts):
-            raise BadValue("language model", name, "PROVIDER/MODEL, for example openai/gpt-4o")
+            raise BadValue("language model", name, "PROVIDER/MODEL such as openai/gpt-4o, local or gguf:PATH")
         return cls(name=name, settings=with_options(ModelSettings, f"llm:{name}", asked.options), facts=facts_of(name))
 
     @classmethod
@@ -150,7 +138,7 @@ class Model:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Access(_InRange):
+class Access(Checked):
     """How hosted models are reached: concurrency and retries. It changes no request.
 
     Attributes:
@@ -162,8 +150,8 @@ class Access(_InRange):
         connect: Seconds within which a server has to take a connection.
     """
 
-    connections: int = _within(1, 10_000, 10)
-    timeout: float = _within(0.01, 86_400, 120.0)
-    retries: int = _within(0, 100, 6)
-    pause: float = _within(0, 60, 0.5)
-    connect: float = _within(0.01, 86_400, 10.0)
+    connections: Annotated[int, Within(1, 10_000)] = 10
+    timeout: Annotated[float, Within(0.01, 86_400)] = 120.0
+    retries: Annotated[int, Within(0, 100)] = 6
+    pause: Annotated[float, Within(0, 60)] = 0.5
+    connect: Annotated[float, Within(0.01, 86_400)] = 10.0
