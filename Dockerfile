@@ -41,7 +41,6 @@ RUN SETUPTOOLS_SCM_PRETEND_VERSION="$VERSION" uv sync --locked --no-editable --a
 
 # Any user will do (docker run --user): nothing is written outside /studies and /tmp.
 ENV HOME=/tmp \
-    LOCKPROBE_MODELS=/studies/models \
     PATH=/opt/lockprobe/bin:$PATH
 
 USER 1000
