@@ -81,8 +81,12 @@ def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_
     with call_log(tmp_path) as calls:
         monkeypatch.setattr(Database, "transaction", lambda store, **how: commits.append(how) or plain(store, **how))
         (cancelled, *ended) = asyncio.run(all_of_them(calls))
-    assert (type(cancelled), ended, commits) == (asyncio.CancelledError, [None] * 7, [{"sync": True}] * 3)
-    assert [(call.step, call.unanswered) for call in read_calls(tmp_path)] == [(1, 0), *((n, 1) for n in range(2, 9))]
+    assert (type(cancelled), ended, commits) == (
+        asyncio.CancelledError,
+        [None] * 7,
+        [{"sync": True}, {}, {"sync": True}],
+    )
+    assert [(call.step, call.unanswered) for call in read_calls(tmp_path)] == [(n, 1) for n in range(2, 9)]
 
 
 @pytest.mark.parametrize("turns", range(10))

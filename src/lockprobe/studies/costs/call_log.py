@@ -31,8 +31,6 @@ _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 _TURNS = 8
 """Turns of the event loop, less than a millisecond, in which others that are ready come to a commit too."""
 
-_NOT_SENT = "not sent: the run ended first"
-
 
 def read_calls(directory: Path | str) -> list[Call]:
     """The calls of a study in the order in which they were asked; empty if no provider was asked.
@@ -150,9 +148,13 @@ class Calls:
         self._on_their_way[call.key] = number, call, began
         try:
             await self._put(number, replace(call, error=BROKEN_OFF))
-        except BaseException:  # it is not sent; of one that was sent before, its caller writes what became of it
+        except BaseException:  # it is not sent, and leaves nothing; of one that was before, its caller writes what came
             if known is None:
-                await self.write(replace(call, error=_NOT_SENT))
+                del self._on_their_way[call.key]
+                self._settle(call)
+                self._rows = [row for row in self._rows if row[0] != number]
+                with self._store.transaction() as writing:
+                    writing.execute("delete from call where id = ?", (number,))
             raise
 
     async def write(self, call: Call) -> None:
@@ -165,12 +167,16 @@ class Calls:
         if call.reply is not None:
             self._kept.setdefault(call.key, []).append(call)
         self._claimed = self._claimed or (call if call.claimed is not None else None)
+        self.spent = spent_by_agent([call], self.spent)
+        self._settle(call)
+        await self._put(number, call)
+
+    def _settle(self, call: Call) -> None:
+        """What was reserved for a call is free, and whoever waits asks the budget again."""
         if self.budget is not None:
             self.budget.release(call)
-        self.spent = spent_by_agent([call], self.spent)
-        self._news.set()  # whoever waits asks the budget again
+        self._news.set()
         self._news = asyncio.Event()
-        await self._put(number, call)
 
     async def _put(self, number: int, call: Call) -> None:
         """Write a row and wait for the disk, with all others that are to be written before the next commit."""
