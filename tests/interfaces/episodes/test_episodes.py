@@ -23,12 +23,11 @@ from lockprobe.interfaces.episodes.answers import (
     CONDITIONS,
     EACH_AGENT,
     EARLY,
-    FIRST,
     LOOKS,
     SOON,
     results_of,
 )
-from lockprobe.interfaces.episodes.compared import compare, sides
+from lockprobe.interfaces.episodes.frame import compare, sides
 from lockprobe.interfaces.episodes.loops import Played, chance
 from lockprobe.interfaces.episodes.page import write_episodes
 from lockprobe.interfaces.episodes.reading import read_episodes
@@ -310,7 +309,7 @@ def test_the_page_asks_one_question_first_and_says_what_it_cannot(report, mazes,
     assert page.count('class="answer"') == 1
     assert report.answer in page.replace("<i>P</i>", "P").replace("&lt;", "<").replace("&nbsp;", " ")
     assert {row.family for row in report.rows if row.family} == {
-        CONDITIONS, EACH_AGENT, AGENTS, LOOKS, SOON, EARLY, BY_STEP, FIRST
+        CONDITIONS, EACH_AGENT, AGENTS, LOOKS, SOON, EARLY, BY_STEP
     }  # fmt: skip
     assert "match in agent, task and seed: 320 of 480 episodes; the others count in" in page
     assert not any(said.startswith("Not asked") for said in map(attrgetter("text"), report.facts))

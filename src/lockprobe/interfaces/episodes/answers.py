@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.interfaces.episodes.compared import Sides, compare, sides
-from lockprobe.interfaces.episodes.frame import Array, Episodes, Flags
-from lockprobe.interfaces.episodes.loops import NULLS, Played, grouped_steps, looped_before
+from lockprobe.interfaces.episodes.frame import Episodes, Sides, compare, sides
+from lockprobe.interfaces.episodes.loops import NULLS, Played, looped_before
 from lockprobe.report.rows import Condition, Curve, Design, Estimate, Player, Progress, Results, Row, measured_row
 from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.every_look import E_PROCESS
@@ -20,17 +19,17 @@ from lockprobe.statistics.how_soon import incidence, log_rank
 from lockprobe.statistics.proportions import proportion
 
 CONDITIONS, EACH_AGENT, AGENTS, LOOKS = "conditions", "conditions by agent", "agents", "every look"
-SOON, EARLY, BY_STEP, FIRST = "how soon", "loops in first steps", "loops by step", "first loops"
+SOON, EARLY, BY_STEP = "how soon", "loops in first steps", "loops by step"
 """Families: what their differences are of."""
 
 SCORE, CONTROL = ", score", "the control"
 """What families of score end in; the part of a mean in what is compared that is subtracted."""
 
-TESTS = {"pairs": "over blocks", "tasks": "over tasks", "episodes": "of independent episodes"}
-"""What is compared -> what the test is over, whose interval has to exclude 0 too."""
+_STEPS, _AT_ONCE = 200, 20_000_000
+"""Steps of a curve and of the test beside it, and these times episodes: longer ones are grouped."""
 
-_MOST, _CLUSTERS = 200, 7
-"""Steps of a curve; the fewest tasks that are clusters of a test over steps: with fewer these are blocks of luck."""
+_CLUSTERS = 7
+"""The fewest tasks that are clusters of a test over steps: with fewer these are blocks of luck."""
 
 Columns = dict[str, Any]
 
@@ -47,14 +46,14 @@ def results_of(of: Episodes, k: int, *, name: str, digest: str) -> Results:
         if names["condition"] != of.conditions[0] and names["agent"] in controls
     ]
     rows = [*_shares(of), *_changes(of, changes), *_agents(of), *_speed(of, changes)]
-    rows += _loops(of, changes, Played(of, k)) if any(of.actions) else ()
-    design = Design(
-        conditions=tuple(Condition(name=one, modality="", control=of.conditions[0]) for one in of.conditions),
-        players=tuple(Player(agent=one, modality="") for one in of.agents),
-    )
+    rows += _loops(of, Played(of, k)) if any(of.actions) else ()
+    named = [(one, of.conditions[0] * (i > 0)) for i, one in enumerate(of.conditions)]
+    conditions = tuple(Condition(name=one, modality="", control=control) for one, control in named)
+    players = (Player(agent=one, modality="") for one in of.agents)
     return Results(
         lockprobe=version("lockprobe"), study={"name": name, "first": k}, settings_hash="", results_hash=digest,
-        progress=Progress(planned=len(of), finished=len(of)), design=design,
+        progress=Progress(planned=len(of), finished=len(of)),
+        design=Design(conditions=conditions, players=tuple(players)),
     ).with_rows(rows)  # fmt: skip
 
 
@@ -74,7 +73,7 @@ def _difference(of: Episodes, measure: str, own: Sides, family: str, choices: in
     if change.n:
         score = measure == "score"
         how = "sign flips" if own.by == "pairs" and not score else "t"
-        test: Columns = {"family": family + SCORE * score, "corrected_for": choices, "test": f"{how} {TESTS[own.by]}"}
+        test: Columns = {"family": family + SCORE * score, "corrected_for": choices, "test": f"{how} of {own.by}"}
         yield measured_row(f"{measure}_difference", change, unit="" if score else "points", **names, **test)
         for part, mean in ((CONTROL, first), ("", second)):
             share: Columns = {"value": mean, "unit": "" if score else "share", "of": part}
@@ -114,37 +113,33 @@ def _tested(quantity: str, found: Any, family: str, choices: int, columns: Colum
     return measured_row(quantity, found, **columns)
 
 
-def _hazards(of: Episodes, changes: Changes, last: Array, happened: Flags, family: str) -> Iterator[Row]:
-    """How soon something comes under each condition beside the control; its step, or the last one, NaN if unknown."""
-    for names, own in changes:
-        at, later = np.r_[own.first, own.second], np.repeat([False, True], [len(own.first), len(own.second)])
-        there = ~np.isnan(last[at])
-        if own.by == "pairs":  # both or neither
-            there = np.tile(~np.isnan(last[own.first] + last[own.second]), 2)
-        at, later = at[there], later[there]
-        if 0 < later.sum() < len(later):
-            found = log_rank(grouped_steps(last[at]), happened[at], later, of.cluster(at, _CLUSTERS))
-            columns = names | {"unit": "ratio", "test": "log-rank", "n": len(at)}
-            yield _tested("hazard_ratio", found, family, len(changes), columns)
-
-
 def _speed(of: Episodes, changes: Changes) -> Iterator[Row]:
     """Success by step of every agent and condition, and how soon beside the control."""
-    known = ~np.isnan(of.steps + of.solved)
+    known, solved = ~np.isnan(of.steps + of.solved), of.solved > 0
     if not (horizon := int(of.steps[known].max(initial=0))):
         return
-    last, wide = np.where(known, np.where(of.solved > 0, of.steps, horizon), np.nan), -(-horizon // _MOST)
-    for own_names, own in of.cells:
+    wide = -(-horizon // max(1, min(_STEPS, _AT_ONCE // len(of))))
+    last = np.ceil(np.where(known, np.where(solved, of.steps, horizon), 0) / wide).astype(np.int64)
+    for names, own in of.cells:
         if (here := own & known).any():
-            found = incidence(np.ceil(last[here] / wide).astype(int), of.solved[here] > 0, -(-horizon // wide))
-            lines: Columns = own_names | {"value": found.share, "low": found.low, "high": found.high, "n": found.n}
+            found = incidence(last[here], solved[here], -(-horizon // wide))
+            lines: Columns = {"value": found.share, "low": found.low, "high": found.high, "n": found.n}
             lines["x"] = tuple(float(i * wide) for i in range(len(found.share)))
-            yield Curve(quantity="success_by_step", axis="step", **lines)
-    yield from _hazards(of, changes, last, of.solved > 0, SOON)
+            yield Curve(quantity="success_by_step", axis="step", **lines, **names)
+    for columns, both in changes:
+        at, later = np.r_[both.first, both.second], np.repeat([False, True], [len(both.first), len(both.second)])
+        there = known[at]
+        if both.by == "pairs":  # both or neither
+            there = np.tile(known[both.first] & known[both.second], 2)
+        at, later = at[there], later[there]
+        if 0 < later.sum() < len(later):
+            hazard = log_rank(last[at], solved[at], later, of.cluster(at, _CLUSTERS))
+            test = {"unit": "ratio", "test": "log-rank", "n": len(at)}
+            yield _tested("hazard_ratio", hazard, SOON, len(changes), columns | test)
 
 
-def _loops(of: Episodes, changes: Changes, played: Played) -> Iterator[Row]:
-    """Loops in the first k steps beside chance, and in whole episodes; how soon they come; whether who looped fails."""
+def _loops(of: Episodes, played: Played) -> Iterator[Row]:
+    """Loops in the first k steps beside chance, and in whole episodes; whether who looped fails."""
     first, onset, early, cells = f"first {played.k}", played.onset, played.early, of.cells
     for names, own in cells:
         if (reach := own & played.reach).any():
@@ -167,5 +162,3 @@ def _loops(of: Episodes, changes: Changes, played: Played) -> Iterator[Row]:
         for end, value in (("unsolved", 0), ("solved", 1)):
             if len(ends := looped[among & (of.solved == value)]):
                 yield measured_row("loop_rate", proportion(int(ends.sum()), len(ends)), of=f"{part}, {end}")
-    last = np.where(onset > 0, onset, np.where(played.length > 0, played.length, np.nan))
-    yield from _hazards(of, changes, last, onset > 0, FIRST)

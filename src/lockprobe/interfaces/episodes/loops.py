@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, Flags
+from lockprobe.interfaces.episodes.frame import Codes, Episodes, Flags
 from lockprobe.statistics.how_soon import Hazard, excess
 from lockprobe.statistics.loops import onset, onset_batch
 from lockprobe.statistics.loops.chance import chance_level
@@ -99,8 +99,3 @@ def looped_before(episodes: Episodes, at: Codes, onsets: Codes, cluster: Codes) 
     before, expected = int(solved.sum()) - after, after - found.total
     defined = before > 0 and min(expected, before + found.total) > 0
     return replace(found, value=after / expected / (before / (before + found.total))) if defined else found
-
-
-def grouped_steps(last: Array) -> Codes:
-    """Steps in so few groups that a test over steps of all episodes has room."""
-    return np.ceil(last / max(1, -(-len(last) * int(last.max()) // _AT_ONCE))).astype(np.int64)

@@ -19,7 +19,7 @@ from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, p_value, percent
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
-from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, TESTS, results_of
+from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, results_of
 from lockprobe.interfaces.episodes.frame import Episodes
 from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.report.format import DETECTED, as_csv, beside, entry_text
@@ -76,14 +76,14 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
 def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
     """What qualifies the answer: how many match, how many have no end, and what cannot be asked."""
     said, unknown = _TEXTS["notes"], int(np.isnan(of.solved).sum()) % len(of)
-    if row is not None and row.test.endswith(TESTS["pairs"]):
+    if row is not None and row.test.endswith("pairs"):
         names = (row.agent, row.versus) if row.versus else (row.condition, row.control)
         own = [one for one in found.where("trials") if (one.agent if row.versus else one.condition) in names]
         used, many = 2 * (row.n or 0), sum(int(one.value or 0) for one in own)
         pairs = said["pairs"].format(row.n, "condition" if row.versus else "agent", used, many)
         yield pairs + said["rest"] * (used < many)
     elif row is not None:
-        yield said["tasks" if row.test.endswith(TESTS["tasks"]) else "episodes"]
+        yield said[row.test.rpartition(" ")[2]]
     if unknown:
         yield said["unknown"].format(unknown)
     texts = (len(names) > 1 for names in (of.conditions, of.agents, of.tasks))
@@ -138,9 +138,11 @@ def _said(rows: Sequence[Estimate]) -> str:
     """How many differences were detected, and the clearest."""
     judged = [row for row in rows if row.p_value is not None]
     clear = sorted(filter(_detected, judged), key=clearness)
-    where = [", ".join(filter(None, (row.agent, row.versus or row.condition))) for row in clear[:1]]
+    if len(judged) == 1:
+        return f"{'Detected' if clear else 'Not detected'}: {entry_text(judged[0])}."
+    where = [", ".join(filter(None, (row.agent, row.versus or row.condition))) for row in clear]
     most = f", most clearly {where[0]}: {entry_text(clear[0])}" if clear else ""
-    return f"{len(clear)} of {len(judged)} differences were detected{most}." if judged else "Nothing was tested."
+    return f"Detected in {len(clear) or 'none'} of {len(judged)}{most}."
 
 
 def _judged(found: Results, family: str) -> Lines:
