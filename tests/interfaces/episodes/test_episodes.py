@@ -28,10 +28,11 @@ from lockprobe.interfaces.episodes.answers import (
     results_of,
 )
 from lockprobe.interfaces.episodes.frame import compare, sides
-from lockprobe.interfaces.episodes.loops import Played, chance
+from lockprobe.interfaces.episodes.loops import Played
 from lockprobe.interfaces.episodes.page import write_episodes
 from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.statistics.loops import onset
+from lockprobe.statistics.loops.chance import chance_level
 
 
 def answers(of, k=20):
@@ -232,10 +233,10 @@ def test_chance_is_that_of_all_orders_and_of_all_chains():
             return float(onset(done) > 0)
         return fmean(chained(done + one) for one in after[done[-1]])
 
-    numbers = np.array([["ABC".index(one) for one in own]])
-    assert chance(numbers, "permutation") == pytest.approx(orders, abs=0.015)
-    assert chance(numbers, "Markov") == pytest.approx(chained(own[0]), abs=0.015)
-    assert Played(looping(np.random.default_rng(0), 40), 20).chance(np.zeros(40, bool), "uniform") < 0.8
+    of = Played(episodes([0], [0], [0], [0], [1], actions=[tuple(own)]), len(own))
+    assert of.chance(np.array([True]), "permutation") == pytest.approx(orders, abs=0.015)
+    assert of.chance(np.array([True]), "Markov") == pytest.approx(chained(own[0]), abs=0.015)
+    assert of.chance(np.array([True]), "uniform") == chance_level(8, 3).probability
 
 
 def test_length_confounds_loops_and_equal_length_does_not():

@@ -25,11 +25,9 @@ SOON, EARLY, BY_STEP = "how soon", "loops in first steps", "loops by step"
 SCORE, CONTROL = ", score", "the control"
 """What families of score end in; the part of a mean in what is compared that is subtracted."""
 
-_STEPS, _AT_ONCE = 200, 20_000_000
-"""Steps of a curve and of the test beside it, and these times episodes: longer ones are grouped."""
-
-_CLUSTERS = 7
-"""The fewest tasks that are clusters of a test over steps: with fewer these are blocks of luck."""
+_STEPS, _AT_ONCE, _CLUSTERS = 200, 20_000_000, 7
+"""Steps of a curve and its test, and these times episodes, beyond which steps are grouped; the fewest tasks that are
+clusters of a test over steps, with fewer of which these are blocks of luck."""
 
 Columns = dict[str, Any]
 
@@ -128,10 +126,7 @@ def _speed(of: Episodes, changes: Changes) -> Iterator[Row]:
             yield Curve(quantity="success_by_step", axis="step", **lines, **names)
     for columns, both in changes:
         at, later = np.r_[both.first, both.second], np.repeat([False, True], [len(both.first), len(both.second)])
-        there = known[at]
-        if both.by == "pairs":  # both or neither
-            there = np.tile(known[both.first] & known[both.second], 2)
-        at, later = at[there], later[there]
+        at, later = at[known[at]], later[known[at]]
         if 0 < later.sum() < len(later):
             hazard = log_rank(last[at], solved[at], later, of.cluster(at, _CLUSTERS))
             test = {"unit": "ratio", "test": "log-rank", "n": len(at)}

@@ -87,11 +87,7 @@ class Episodes:
 
 
 def combined(*columns: Codes) -> Codes:
-    """The combinations of codes, numbered as they come, from 0.
-
-    >>> combined(np.array([5, 5, 2, 5]), np.array([0, 1, 0, 0])).tolist()
-    [0, 1, 2, 0]
-    """
+    """The combinations of codes, numbered as they come, from 0."""
     found = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:  # numbered anew each time, so that no product is too large
         found = np.unique(found * (int(column.max(initial=0)) + 1) + column, return_inverse=True)[1].reshape(-1)
@@ -100,18 +96,10 @@ def combined(*columns: Codes) -> Codes:
 
 
 def position(group: Codes) -> Codes:
-    """Which each is of its group, from 0.
-
-    >>> position(np.array([0, 1, 0, 0])).tolist()
-    [0, 0, 1, 2]
-    """
+    """Which each is of its group, from 0."""
     order = np.argsort(group, kind="stable")
     starts, sizes = np.unique(group[order], return_index=True, return_counts=True)[1:]
     return (np.arange(len(group)) - np.repeat(starts, sizes))[np.argsort(order)]
-
-
-_LEAST = 1e-9
-"""The least error of a mean of scores, which may all be equal."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +107,6 @@ class Sides:
     """The episodes of two sides that can be compared.
 
     Attributes:
-        by: What a difference is of.
         first, second: Places of the episodes of each side; of pairs the two of each, in the order of luck.
         group: The number of the task of every episode and of what sides have in common, such as the agent.
     """
@@ -201,7 +188,7 @@ def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, orde
         nobody, place = np.empty((0, 0), dtype=np.str_), np.arange(len(table))
         blocks = Blocks(solved=table, steps=table, person=nobody, box=box, place=place, order=order)
         return mean_of_blocks(table, blocks, choices=choices)
-    found = block_mean(table, choices=choices, rare=(_LEAST, _LEAST) if how == "scores" else None)
+    found = block_mean(table, choices=choices, rare=(1e-9, 1e-9) if how == "scores" else None)  # all may be equal
     if found.p_value is not None:
         found = replace(found, p_value=min(1.0, choices * found.p_value))
     return mean_over_boxes(found, np.nanmean(table, axis=1), box, choices=choices) if len(box) else found

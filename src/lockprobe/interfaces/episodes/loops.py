@@ -24,11 +24,8 @@ from lockprobe.statistics.loops.chance import chance_level
 NULLS = ("uniform", "permutation", "Markov")
 """The chance levels of loops."""
 
-_DRAWN, _FEWEST = 20_000, 4
-"""Sequences that are drawn at once for a chance level, and the fewest of one episode."""
-
-_AT_ONCE = 20_000_000
-"""Episodes times steps of one test."""
+_DRAWN, _FEWEST, _AT_ONCE = 20_000, 4, 20_000_000
+"""Sequences drawn at once for a chance level, and the fewest of one episode; episodes times steps of a test."""
 
 
 class Played:
@@ -53,18 +50,14 @@ class Played:
         """The share of sequences with a loop by chance, of k actions of the chosen episodes, which reach k."""
         if null == "uniform":
             return chance_level(self.k, len(self._numbers)).probability
-        chosen = [[self._numbers[one] for one in self.actions[i][: self.k]] for i in np.flatnonzero(of).tolist()]
-        return chance(np.array(chosen), null)
-
-
-def chance(sequences: Codes, null: str) -> float:
-    """The share of sequences like these, shape (episodes, k), with a loop: ``permutation``, or by ``Markov`` chains."""
-    rng, n, found = generator(0, "episodes", null), len(sequences), 0
-    every = np.repeat(np.arange(n), max(_FEWEST, _DRAWN // n))
-    for some in np.array_split(every, -(-len(every) // _DRAWN)):
-        own = sequences[some]
-        found += int((onset_batch(_chained(own, rng) if null == "Markov" else rng.permuted(own, axis=1)) > 0).sum())
-    return found / len(every)
+        chosen = np.flatnonzero(of).tolist()
+        first = np.array([[self._numbers[one] for one in self.actions[i][: self.k]] for i in chosen])
+        every = np.repeat(first, max(_FEWEST, _DRAWN // len(first)), axis=0)
+        rng, found = generator(0, "episodes", null), 0
+        for some in np.array_split(every, -(-len(every) // _DRAWN)):
+            drawn = _chained(some, rng) if null == "Markov" else rng.permuted(some, axis=1)
+            found += int((onset_batch(drawn) > 0).sum())
+        return found / len(every)
 
 
 def _chained(sequences: Codes, rng: np.random.Generator) -> Codes:

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.formatting import NONE, capital, listed, p_cell, p_value, percent
+from lockprobe.foundation.formatting import capital, listed, p_cell, p_value
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, results_of
 from lockprobe.interfaces.episodes.frame import Episodes
 from lockprobe.interfaces.episodes.reading import read_episodes
-from lockprobe.report.format import DETECTED, as_csv, beside, entry_text
+from lockprobe.report.format import DETECTED, alone, as_csv, beside, entry_text
 from lockprobe.report.page import Page, drawn_figure, image, results_text
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate, Fact, Results, clearness
@@ -65,8 +65,8 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
         elif isinstance(block, Figure) and (svg := drawn_figure(found, block)):
             page.drawn = {block.name: image(svg)}
             written[f"figures/{block.name}.svg"] = svg.decode()
-    values = {"row": row, "both": _both(found, row) if row else [], "of": episodes}
-    written[PAGE] = rendered("questions", found=found, page=page, parts=parts, **values)
+    both = _both(found, row) if row else []
+    written[PAGE] = rendered("questions", found=found, page=page, parts=parts, row=row, both=both, of=episodes)
     for name, content in written.items():
         make_directory((out / name).parent)
         write_file(out / name, content)
@@ -102,7 +102,11 @@ def _parts(page: Page) -> Iterator[Part]:
             tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_LABELS["points"], rare=_RARE))
         if shown := [table for table in tables if page.cells(table)]:
             said = text.get("said") or _said([row for row in page.found.rows if row.family in families])
-            before = [_reason(page.found, text["reason"])] if "reason" in text else [_FIGURE] * ("figure" in text)
+            k = page.found.study["first"]
+            parts = [f"{part}, {end}" for part in ("whole", f"first {k}") for end in ("unsolved", "solved")]
+            rates = [page.found.get("loop_rate", agent="", condition="", of=part) for part in parts]
+            reason = text.get("reason", "").format(*(entry_text(alone(row)) for row in rates), k=k)
+            before = [reason] * bool(reason) + [_FIGURE] * ("figure" in text)
             note = Note(text["shown"], text["computed"], text.get("more", ""))
             yield Part(text["heading"], said, [*before, *shown, note], name)
 
@@ -119,9 +123,7 @@ def _answer(found: Results, row: Estimate | None) -> str:
     """What was found, in one sentence."""
     if row is None:
         only = next((one for name in ("success", "score") for one in found.where(name, of="")), None)
-        return (
-            _TEXTS["answer"]["alone"].format(capital(only.quantity), entry_text(only)) if only else "Nothing is known."
-        )
+        return f"Nothing can be compared: {f'{only.quantity} {entry_text(only)}' if only else 'nothing is known'}."
     way = "up" if (row.value or 0.0) > 0 else "down"
     text = _TEXTS["answer"][f"agents {way}" if row.versus else way] if row.detected else _TEXTS["answer"]["open"]
     size = f"{entry_text(row).replace(' [', ' points [' if row.unit else ' [')}, {p_value(row.p_value)}"
@@ -168,14 +170,6 @@ def _listed(found: Results, columns: dict[str, Sequence[str]]) -> Lines:
             yield [row.agent or None, row.condition or None, str(size), *cells]
 
 
-def _reason(found: Results, text: str) -> str:
-    """Why loops are compared at equal length, with what whole episodes would say."""
-    k = found.study["first"]
-    parts = [f"{part}, {end}" for part in ("whole", f"first {k}") for end in ("unsolved", "solved")]
-    rows = [found.get("loop_rate", agent="", condition="", of=part) for part in parts]
-    return text.format(*(percent(row.value) if row else NONE for row in rows), k=k)
-
-
 def _draw(found: Results) -> Any:
     from lockprobe.report.figures import drawing
 
@@ -198,5 +192,4 @@ def _draw(found: Results) -> Any:
 
 
 _CAPTION = Note("Share of episodes solved by each step.", "Bands: pointwise 95 % intervals.")
-
 _FIGURE = Figure("solved_by_step", "Share solved by step of each agent and condition", lambda found: _CAPTION, _draw)

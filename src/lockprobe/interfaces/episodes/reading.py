@@ -23,8 +23,8 @@ from lockprobe.foundation.errors import BadFile, UnknownName, needing
 from lockprobe.foundation.inputs import LARGEST_INPUT, read_input, read_toml
 from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, combined, position
 
-MOST_ROWS, MOST_NAMES = 1_000_000, 30
-"""Rows of all files; agents, and conditions, that one page compares."""
+MOST_ROWS, MOST_NAMES, _LONGEST = 1_000_000, 30, 1000
+"""Rows of all files; agents, and conditions, that one page compares; characters of a name."""
 
 PRESETS = {
     "inspect": "",
@@ -33,9 +33,6 @@ PRESETS = {
 }
 """Names of columns that are not ours, in tables like BALROG's and by ``RecordEpisodeStatistics``; a log of Inspect is
 read into ours. A file may lack some."""
-
-_LONGEST = 1000
-"""Characters of a name."""
 
 Rows = Iterator[tuple[int, Mapping[str, Any]]]
 """The number of a line, and its cells by column; an empty one is None, an empty text, or not there."""
@@ -79,11 +76,9 @@ COLUMNS: Mapping[str, tuple[Callable[[Any], Any], str]] = {
 
 
 def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
-    """The episodes of one or several files; the lines of Parquet and of logs are their rows, from 1.
+    """The episodes of all files together; ``asked`` is the preset or TOML file that says which column is which.
 
-    Args:
-        paths: The files, whose episodes are taken together.
-        asked: What says which column is which: a preset, or a TOML file; without one all have our names.
+    Lines of Parquet and of logs are their rows, from 1.
 
     Raises:
         BadFile: If a file is too large, is not what its name says or holds no episode, or a cell is not what its column
@@ -118,23 +113,21 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
 def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str]]:
     """Our column -> that of the file; our column -> what every row has; columns of the file that somebody named."""
     written = {"preset": asked} if asked in PRESETS else read_toml(Path(asked)) if asked else {}
-    names, constants, named = {name: name for name in COLUMNS}, dict[str, str](), list[str]()
-    if preset := str(written.pop("preset", "")):
-        if preset not in PRESETS:
-            raise UnknownName("preset", preset, PRESETS)
-        names |= dict(pair.split("=") for pair in PRESETS[preset].split())
+    if (preset := str(written.pop("preset", "inspect"))) not in PRESETS:
+        raise UnknownName("preset", preset, PRESETS)
+    names = {name: name for name in COLUMNS} | dict(pair.split("=") for pair in PRESETS[preset].split())
+    constants = dict[str, str]()
     for name, value in written.items():
         if name not in COLUMNS:
             raise UnknownName(f"column, or setting of {asked},", name, (*COLUMNS, "preset"))
         match value:
             case str():
                 names[name] = value
-                named.append(value)
             case {"constant": str() | int() | float() as constant}:
                 constants[name] = str(constant)
             case _:
                 raise BadFile(asked, f"{name}: got {value!r}, expected the name of a column, or {{ constant = VALUE }}")
-    return names, constants, named
+    return names, constants, [value for value in written.values() if isinstance(value, str)]
 
 
 def _text(path: Path) -> str:
@@ -227,10 +220,10 @@ def _joined(
 ) -> tuple[Codes, Array, Array, Array, list[tuple[str, ...]]]:
     """The episodes of rows of steps: the first row of each, whether any row says solved, its last score, its steps."""
     order = np.lexsort((np.where(np.isnan(step), np.arange(len(key)), step), key))
-    steps, known = np.bincount(key), np.bincount(key, ~np.isnan(solved)) > 0
+    steps = np.bincount(key)
     scored, last = order[~np.isnan(score[order])], np.full(len(steps), np.nan)
     last[key[scored]] = score[scored]  # of several the last one stays
     did, ends = [action[row] for row in order], np.cumsum(steps)
     parts = [tuple(filter(None, did[end - n : end])) for end, n in zip(ends, steps, strict=True)]
-    once = np.where(known, np.bincount(key, solved == 1) > 0, np.nan)
+    once = np.fmax.reduceat(solved[order], ends - steps)
     return np.unique(key, return_index=True)[1], once, last, steps.astype(np.float64), parts
