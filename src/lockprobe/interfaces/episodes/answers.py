@@ -47,11 +47,10 @@ def results_of(of: Episodes, k: int, *, name: str, digest: str) -> Results:
     rows += _loops(of, Played(of, k)) if any(of.actions) else ()
     named = [(one, of.conditions[0] * (i > 0)) for i, one in enumerate(of.conditions)]
     conditions = tuple(Condition(name=one, modality="", control=control) for one, control in named)
-    players = (Player(agent=one, modality="") for one in of.agents)
     return Results(
         lockprobe=version("lockprobe"), study={"name": name, "first": k}, settings_hash="", results_hash=digest,
         progress=Progress(planned=len(of), finished=len(of)),
-        design=Design(conditions=conditions, players=tuple(players)),
+        design=Design(conditions=conditions, players=tuple(Player(agent=one, modality="") for one in of.agents)),
     ).with_rows(rows)  # fmt: skip
 
 

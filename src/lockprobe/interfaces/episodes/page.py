@@ -65,8 +65,8 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
         elif isinstance(block, Figure) and (svg := drawn_figure(found, block)):
             page.drawn = {block.name: image(svg)}
             written[f"figures/{block.name}.svg"] = svg.decode()
-    both = _both(found, row) if row else []
-    written[PAGE] = rendered("questions", found=found, page=page, parts=parts, row=row, both=both, of=episodes)
+    values = {"row": row, "both": _both(found, row) if row else [], "parts": parts, "of": episodes}
+    written[PAGE] = rendered("questions", found=found, page=page, **values)
     for name, content in written.items():
         make_directory((out / name).parent)
         write_file(out / name, content)

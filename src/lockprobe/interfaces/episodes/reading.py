@@ -219,8 +219,7 @@ def _joined(
     key: Codes, step: Array, solved: Array, score: Array, action: Sequence[str | None]
 ) -> tuple[Codes, Array, Array, Array, list[tuple[str, ...]]]:
     """The episodes of rows of steps: the first row of each, whether any row says solved, its last score, its steps."""
-    order = np.lexsort((np.where(np.isnan(step), np.arange(len(key)), step), key))
-    steps = np.bincount(key)
+    order, steps = np.lexsort((np.where(np.isnan(step), np.arange(len(key)), step), key)), np.bincount(key)
     scored, last = order[~np.isnan(score[order])], np.full(len(steps), np.nan)
     last[key[scored]] = score[scored]  # of several the last one stays
     did, ends = [action[row] for row in order], np.cumsum(steps)
