@@ -101,8 +101,7 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the very first one is given a seed if it has none, so that it can be repeated."""
         if seed is None and self._episode is not None:
-            last = self._episode.luck
-            luck = Luck(seed=last.seed, box=self.box, repetition=1, trial=last.trial + 1)
+            luck = self._episode.luck.but(trial=self._episode.luck.trial + 1)
         else:
             seed = int(np.random.default_rng().integers(2**31) if seed is None else seed)
             luck = Luck(seed=seed, box=self.box, repetition=1, trial=1)
