@@ -81,7 +81,7 @@ def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
         own = [one for one in found.where("trials") if (one.agent if row.versus else one.condition) in names]
         used, many = 2 * (row.n or 0), sum(int(one.value or 0) for one in own)
         pairs = said["pairs"].format(row.n, "condition" if row.versus else "agent", used, many)
-        yield pairs + said["rest"] * (used < many)
+        yield f"{pairs}{said['rest'] * (used < many)}."
     elif row is not None:
         yield said[row.test.rpartition(" ")[2]]
     if unknown:
@@ -141,10 +141,10 @@ def _said(rows: Sequence[Estimate]) -> str:
     judged = [row for row in rows if row.p_value is not None]
     clear = sorted(filter(_detected, judged), key=clearness)
     if len(judged) == 1:
-        return f"{'Detected' if clear else 'Not detected'}: {entry_text(judged[0])}."
+        return f"{'A' if clear else 'No'} difference was detected: {entry_text(judged[0])}."
     where = [", ".join(filter(None, (row.agent, row.versus or row.condition))) for row in clear]
     most = f", most clearly {where[0]}: {entry_text(clear[0])}" if clear else ""
-    return f"Detected in {len(clear) or 'none'} of {len(judged)}{most}."
+    return f"Differences detected: {len(clear) or 'none'} of {len(judged)}{most}."
 
 
 def _judged(found: Results, family: str) -> Lines:
