@@ -227,6 +227,18 @@ def test_length_confounds_loops_and_equal_length_does_not():
     assert by_step[1].value < 0.8
 
 
+@pytest.mark.parametrize(("tasks", "agents", "enough"), [(7, 1, 7), (9, 3, 10), (10, 3, 10), (10, 5, 11)])
+def test_a_test_that_could_never_reject_has_no_p_value_and_says_how_many_tasks_it_takes(tasks, agents, enough):
+    """From 5 % to 95 % solved: the test over steps finds it from so many tasks on."""
+    a, c, t, s = (of.ravel() for of in np.meshgrid(range(agents), range(2), range(tasks), range(20), indexing="ij"))
+    solved = (s < 1) | (c == 1) & (s < 19)
+    found = answers(episodes(a, c, t, s, solved, steps=np.where(solved, 20, 40)))
+    for row in (row for row in found.rows if row.family == "how soon"):
+        few = f"Too few tasks for {agents} comparisons: it takes {enough} or more" if tasks < enough else ""
+        assert (row.note, row.p_value is None) == (few, bool(few))
+        assert few or row.p_value < 0.05
+
+
 def test_two_thousand_episodes_of_a_hundred_steps_are_quick_whatever_their_actions():
     draw, began = np.random.default_rng(0), time.process_time()
     for actions in (4, 5000):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from importlib.metadata import version
-from itertools import combinations
+from itertools import combinations, count
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,10 @@ from lockprobe.interfaces.episodes.frame import Episodes, Sides, compare, sides
 from lockprobe.interfaces.episodes.loops import NULLS, Played, looped_before
 from lockprobe.report.rows import Condition, Curve, Design, Estimate, Player, Progress, Results, Row, measured_row
 from lockprobe.statistics.clustered import clustered_difference, share_of
+from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.how_soon import incidence, log_rank
-from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.proportions import ALPHA, proportion
 
 CONDITIONS, EACH_AGENT, AGENTS, LOOKS = "conditions", "conditions by agent", "agents", "every look"
 SOON, EARLY, BY_STEP = "how soon", "loops in first steps", "loops by step"
@@ -103,10 +104,17 @@ def _agents(of: Episodes) -> Iterator[Row]:
             yield from _difference(of, measure, own, AGENTS, len(pairs), names)
 
 
-def _tested(quantity: str, found: Any, family: str, choices: int, columns: Columns) -> Estimate:
-    """The row of a test over steps, or of a difference, with its P value corrected."""
-    p_value = None if found.p_value is None else min(1.0, choices * found.p_value)
-    columns = {"of": family, "family": family, "corrected_for": choices, "p_value": p_value} | columns
+def _tested(quantity: str, found: Any, family: str, choices: int, many: int, columns: Columns) -> Estimate:
+    """The row of a test over so many clusters, with its P value corrected; none of fewer clusters than ever reject.
+
+    A statistic over steps never exceeds the square root of their number (:func:`lockprobe.statistics.how_soon.excess`).
+    That of first loops can be of any size, from three clusters on.
+    """
+    least = (one for one in count(2) if choices * student_tails(one**0.5, one - 1) < ALPHA)
+    enough = 3 if family == EARLY else next(least)
+    few = f"Too few tasks for {choices} comparisons: it takes {enough} or more" if many < enough else ""
+    p_value = None if few or found.p_value is None else min(1.0, choices * found.p_value)
+    columns = {"of": family, "family": family, "corrected_for": choices, "p_value": p_value, "note": few} | columns
     return measured_row(quantity, found, **columns)
 
 
@@ -127,9 +135,10 @@ def _speed(of: Episodes, changes: Changes) -> Iterator[Row]:
         at, later = np.r_[both.first, both.second], np.repeat([False, True], [len(both.first), len(both.second)])
         at, later = at[known[at]], later[known[at]]
         if 0 < later.sum() < len(later):
-            hazard = log_rank(last[at], solved[at], later, of.cluster(at, _CLUSTERS))
+            cluster = of.cluster(at, _CLUSTERS)
+            hazard = log_rank(last[at], solved[at], later, cluster)
             test = {"unit": "ratio", "test": "log-rank", "n": len(at)}
-            yield _tested("hazard_ratio", hazard, SOON, len(changes), columns | test)
+            yield _tested("hazard_ratio", hazard, SOON, len(changes), len(np.unique(cluster)), columns | test)
 
 
 def _loops(of: Episodes, played: Played) -> Iterator[Row]:
@@ -146,12 +155,13 @@ def _loops(of: Episodes, played: Played) -> Iterator[Row]:
             cluster = of.task[here] if len(of.tasks) > 1 else here
             gap = replace(clustered_difference(of.solved[here], early[here], cluster, here), n=len(here))
             columns: Columns = names | {"unit": "points", "test": "t, clustered by task"}
-            yield _tested("loop_success", gap, EARLY, len(cells), columns)
+            yield _tested("loop_success", gap, EARLY, len(cells), len(np.unique(cluster)), columns)
         here = np.flatnonzero(own & (played.length > 0) & (of.steps >= played.length) & ~np.isnan(of.solved))
         if len(here):
-            hazard = looped_before(of, here, onset[here], of.cluster(here, _CLUSTERS))
+            cluster = of.cluster(here, _CLUSTERS)
+            hazard = looped_before(of, here, onset[here], cluster)
             columns = names | {"unit": "ratio", "test": "Mantel-Haenszel by step", "n": len(here)}
-            yield _tested("loop_success", hazard, BY_STEP, len(cells), columns)
+            yield _tested("loop_success", hazard, BY_STEP, len(cells), len(np.unique(cluster)), columns)
     for part, looped, among in (("whole", onset > 0, played.length > 0), (first, early, played.reach)):
         for end, value in (("unsolved", 0), ("solved", 1)):
             if len(ends := looped[among & (of.solved == value)]):

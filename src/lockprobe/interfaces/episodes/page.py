@@ -35,6 +35,8 @@ _TEXTS: dict[str, Any] = tomllib.loads(files(__package__).joinpath("questions.to
 _RARE = ("agent", "condition", "compared with", "both", "success", "score")
 """Columns that are left out where they say nothing."""
 
+_FEW = "too few tasks"
+
 _LABELS = {"points": "difference, points", "ratio": "ratio of rates"}
 
 
@@ -101,13 +103,15 @@ def _parts(page: Page) -> Iterator[Part]:
             lines = partial(_judged, family=family)
             tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_LABELS["points"], rare=_RARE))
         if shown := [table for table in tables if page.cells(table)]:
-            said = text.get("said") or _said([row for row in page.found.rows if row.family in families])
+            rows = [row for row in page.found.rows if row.family and row.family in families]
+            said = text.get("said") or _said(rows)
             k = page.found.study["first"]
             parts = [f"{part}, {end}" for part in ("whole", f"first {k}") for end in ("unsolved", "solved")]
             rates = [page.found.get("loop_rate", agent="", condition="", of=part) for part in parts]
             reason = text.get("reason", "").format(*(entry_text(alone(row)) for row in rates), k=k)
             before = [reason] * bool(reason) + [_FIGURE] * ("figure" in text)
-            note = Note(text["shown"], text["computed"], text.get("more", ""))
+            few = "".join(f" {one}." for one in dict.fromkeys(row.note for row in rows) if one)
+            note = Note(text["shown"], text["computed"] + few, text.get("more", ""))
             yield Part(text["heading"], said, [*before, *shown, note], name)
 
 
@@ -140,6 +144,8 @@ def _said(rows: Sequence[Estimate]) -> str:
     """How many differences were detected, and the clearest."""
     judged = [row for row in rows if row.p_value is not None]
     clear = sorted(filter(_detected, judged), key=clearness)
+    if not judged:
+        return f"Not tested: {_FEW}."
     if len(judged) == 1:
         return f"{'A' if clear else 'No'} difference was detected: {entry_text(judged[0])}."
     where = [", ".join(filter(None, (row.agent, row.versus or row.condition))) for row in clear]
@@ -153,7 +159,7 @@ def _judged(found: Results, family: str) -> Lines:
     label = _LABELS.get(rows[0].unit if rows else "", "difference")
     yield ["agent", "condition", "compared with", "n", "both", label, "P", "conclusion"]
     for row in rows:
-        both, said = _both(found, row), DETECTED if _detected(row) else f"not {DETECTED}"
+        both, said = _both(found, row), DETECTED if _detected(row) else _FEW if row.note else f"not {DETECTED}"
         who = [name or None for name in (row.agent, row.condition, row.control or row.versus)]
         shares, gap = ", ".join(map(entry_text, both)) or None, beside(row, *both) if both else row
         yield [*who, str(row.n), shares, gap, p_cell(row.p_value), said]
