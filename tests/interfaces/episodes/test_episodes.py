@@ -272,6 +272,19 @@ def test_what_does_not_match_is_compared_over_tasks_and_what_has_no_end_is_bound
     assert open_.high - open_.low > sure.high - sure.low
 
 
+@pytest.mark.parametrize("tasks", [1, 12])
+def test_every_look_claims_no_more_than_one_look_and_takes_tasks_as_blocks(tasks):
+    """A gain on 12 tasks is of 12, however many seeds these have."""
+    for seed, seeds in product(range(8), (8, 100)):
+        of = world(np.random.default_rng(seed), tasks=tasks, seeds=seeds, agents=1, effect=0.3, matched=1)
+        own = sides(of, of.condition == 0, of.condition == 1, of.agent)
+        once, ever = (compare(of, own, of.solved, every_look=looks)[2] for looks in (False, True))
+        assert (ever.low <= once.low, ever.high >= once.high, ever.p_value >= once.p_value) == (True,) * 3
+        assert (ever.value, ever.n) == (once.value, once.n)
+    assert once.p_value < 0.001
+    assert (ever.p_value < 0.05) == (tasks == 1)
+
+
 def test_a_page_is_written_whatever_is_there_and_whatever_is_not(tmp_path):
     kinds = {name: lambda draw: draw.choice(["", "a", "b", "c"]) for name in ("agent", "condition", "task", "seed")}
     kinds |= {"solved": lambda draw: draw.choice([0, 1, ""]), "score": lambda draw: draw.choice([0, 1, 0.3])}

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.blocks import FEWEST, Blocks, block_mean, mean_of_blocks
 from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.outcomes import BlockOrder
+from lockprobe.statistics.every_look import Numbers, at_every_look
 from lockprobe.statistics.pairs import mean_over_boxes
 from lockprobe.statistics.proportions import Difference
 
@@ -132,8 +132,8 @@ def compare(
 ) -> tuple[float, float, Difference]:
     """The means of both sides, and the second minus the first; of nothing where nothing can be compared.
 
-    Interval and P value are corrected for ``choices`` (Bonferroni). With ``every_look`` both hold however often one
-    looks, at blocks in the order of the file.
+    Interval and P value are corrected for ``choices`` (Bonferroni). With ``every_look`` those of pairs hold however
+    often one looks, at whole tasks in the order of the file; of one task at its blocks.
     """
     one, two = values[of.first], values[of.second]
     ends = [(one, two)]
@@ -142,9 +142,9 @@ def compare(
     marks, found = bool(np.isin(values[~np.isnan(values)], (0, 1)).all()), list[Difference]()
     for low, high in ends:
         apart, block, task = _apart(episodes, of, low, high)
-        there, order = ~np.isnan(apart), BlockOrder(plans=((1, len(apart)),)) if every_look else None
+        there = ~np.isnan(apart)
         how = "flips" if marks and of.by == "pairs" else "shares" if marks else "scores"
-        found.append(_mean(apart[there], block[there], task[there], how, choices, order))
+        found.append(_mean(apart[there], block[there], task[there], how, choices, every_look))
     if of.by == "pairs":
         one, two = (side[~np.isnan(two - one)] for side in (one, two))
     means = [float(np.nanmean(side)) if not np.isnan(side).all() else math.nan for side in (one, two)]
@@ -174,11 +174,12 @@ def _means(values: Array, group: Codes, size: int) -> Array:
     return found
 
 
-def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, order: BlockOrder | None) -> Difference:
+def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, every_look: bool) -> Difference:
     """The mean of values by block, each of one task, with an interval and a P value that hold over tasks too.
 
     Both are of sign flips of differences that are -1, 0 or 1 (``flips``), or Student's: of means of these (``shares``)
-    one more block is added that differs wholly, while ``scores`` vary by themselves.
+    one more block is added that differs wholly, while ``scores`` vary by themselves. At every look nothing is claimed
+    that this one does not show. Effects that differ by task have a mean only over tasks, each of which counts alike.
     """
     row, column = np.unique(block, return_inverse=True)[1].reshape(-1), position(block)
     table = np.full((int(row.max(initial=-1)) + 1, int(column.max(initial=-1)) + 1), np.nan)
@@ -186,8 +187,15 @@ def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, orde
     box = task[np.unique(block, return_index=True)[1]][: len(table) * (len(np.unique(task)) > 1)].astype(np.str_)
     if how == "flips":
         nobody, place = np.empty((0, 0), dtype=np.str_), np.arange(len(table))
-        blocks = Blocks(solved=table, steps=table, person=nobody, box=box, place=place, order=order)
-        return mean_of_blocks(table, blocks, choices=choices)
+        blocks = Blocks(solved=table, steps=table, person=nobody, box=box, place=place, order=None)
+        found, each = mean_of_blocks(table, blocks, choices=choices), combined(task if len(box) else block)
+        if not every_look or not found.n:
+            return found
+        means = _means(values, each, int(each.max()) + 1)
+        (ever,) = at_every_look([Numbers(values=means, block=np.arange(len(means)))], agents=choices)
+        return bounded(
+            found, found, replace(found, value=ever.value, low=ever.low, high=ever.high, p_value=ever.p_value)
+        )
     found = block_mean(table, choices=choices, rare=(1e-9, 1e-9) if how == "scores" else None)  # all may be equal
     if found.p_value is not None:
         found = replace(found, p_value=min(1.0, choices * found.p_value))
