@@ -239,6 +239,15 @@ def test_a_test_that_could_never_reject_has_no_p_value_and_says_how_many_tasks_i
         assert few or row.p_value < 0.05
 
 
+def test_success_and_score_below_ten_tasks_are_of_these_tasks_each_of_which_counts_alike():
+    """Nine episodes of a task that all solve, and one of another that nobody solves, are half."""
+    solved = np.repeat([1.0, 0.0], [9, 1])
+    found = answers(episodes([0] * 10, [0] * 10, 1 - solved, range(10), solved, score=solved))
+    success = found.one("success")
+    assert (success.value, found.one("score").value) == (0.5, 0.5)
+    assert success.low < 0.5 < success.high
+
+
 def test_two_thousand_episodes_of_a_hundred_steps_are_quick_whatever_their_actions():
     draw, began = np.random.default_rng(0), time.process_time()
     for actions in (4, 5000):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.interfaces.episodes.frame import Episodes, Sides, compare, sides
+from lockprobe.interfaces.episodes.frame import Episodes, Sides, combined, compare, sides
 from lockprobe.interfaces.episodes.loops import NULLS, Played, looped_before
 from lockprobe.report.rows import Condition, Curve, Design, Estimate, Player, Progress, Results, Row, measured_row
 from lockprobe.statistics.clustered import clustered_difference, share_of
@@ -56,13 +56,15 @@ def results_of(of: Episodes, k: int, *, name: str, digest: str) -> Results:
 
 
 def _shares(of: Episodes) -> Iterator[Row]:
-    """Episodes, success and score of each agent and condition."""
+    """Episodes, success and score of each agent and condition; every task counts alike."""
     for names, own in of.cells:
         yield measured_row("trials", None, value=int(own.sum()), unit="trials", **names)
         if not np.isnan(of.solved[own]).all():
             yield measured_row("success", share_of(of.solved[own], (), (), of.task[own].astype(np.str_)), **names)
         if len(known := of.score[own & ~np.isnan(of.score)]):
-            yield measured_row("score", None, value=float(known.mean()), n=len(known), unit="", **names)
+            task = combined(of.task[own & ~np.isnan(of.score)])
+            mean = np.mean(np.bincount(task, known) / np.bincount(task))
+            yield measured_row("score", None, value=float(mean), n=len(known), unit="", **names)
 
 
 def _difference(of: Episodes, measure: str, own: Sides, family: str, choices: int, names: Columns) -> Iterator[Row]:
