@@ -328,6 +328,25 @@ def test_the_page_asks_one_question_first_and_says_what_it_cannot(report, mazes,
     )
 
 
+def test_answers_say_of_what_they_are_in_which_unit_and_who_is_worse(tmp_path):
+    lines = [
+        f"{agent},t{t},{s},{int(s < solves)},{solves / 5 + s / 100},{' '.join(('abcabcd', 'abcdefg')[s % 2] * 3)}\n"
+        for agent, solves in (("good", 4), ("bad", 1)) for t in range(10) for s in range(5)
+    ]  # fmt: skip
+    (tmp_path / "x.csv").write_text("agent,task,seed,solved,score,actions\n" + "".join(lines))
+    found = write_episodes([tmp_path / "x.csv"], "", first=20, out=tmp_path / "out")
+    page = (tmp_path / "out/report.html").read_text("utf-8")
+    for said in (
+        "Success: 20 % (bad) to 80 % (good); score: 0.22 to 0.82.",
+        "Success: 1 of 1 detected, the clearest bad below good: \N{MINUS SIGN}60 points [",
+        "Score: 1 of 1 detected, the clearest bad below good: \N{MINUS SIGN}0.6 [",
+        "Loop in the first 20: 100 %",
+    ):
+        assert said in page.replace("&nbsp;", " ").replace("\N{NO-BREAK SPACE}", " "), said
+    tests = {row.test for row in found.rows if row.family.startswith("agents")}
+    assert tests == {f"larger P of {how} and t over tasks, of pairs" for how in ("sign flips", "t")}
+
+
 @pytest.mark.slow
 def test_under_the_null_with_task_effects_few_sentences_are_false_and_pairs_find_more():
     """Every family at most .05, with task effects and effects of mean 0; paired against unpaired with an effect."""

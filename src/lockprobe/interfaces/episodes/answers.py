@@ -17,6 +17,7 @@ from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.how_soon import incidence, log_rank
+from lockprobe.statistics.pairs import FEWEST
 from lockprobe.statistics.proportions import ALPHA, proportion
 
 CONDITIONS, EACH_AGENT, AGENTS, LOOKS = "conditions", "conditions by agent", "agents", "every look"
@@ -73,6 +74,8 @@ def _difference(of: Episodes, measure: str, own: Sides, family: str, choices: in
     if change.n:
         score = measure == "score"
         how = "sign flips" if own.by == "pairs" and not score else "t"
+        if own.by == "pairs" and len(np.unique(of.task[own.first])) >= FEWEST:
+            how = f"larger P of {how} and t over tasks,"
         test: Columns = {"family": family + SCORE * score, "corrected_for": choices, "test": f"{how} of {own.by}"}
         yield measured_row(f"{measure}_difference", change, unit="" if score else "points", **names, **test)
         for part, mean in ((CONTROL, first), ("", second)):

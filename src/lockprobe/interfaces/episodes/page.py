@@ -104,7 +104,7 @@ def _parts(page: Page) -> Iterator[Part]:
             tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_LABELS["points"], rare=_RARE))
         if shown := [table for table in tables if page.cells(table)]:
             rows = [row for row in page.found.rows if row.family and row.family in families]
-            said = text.get("said") or _said(rows)
+            said = _said(rows) if rows else _span(page.found, columns)
             k = page.found.study["first"]
             parts = [f"{part}, {end}" for part in ("whole", f"first {k}") for end in ("unsolved", "solved")]
             rates = [page.found.get("loop_rate", agent="", condition="", of=part) for part in parts]
@@ -130,7 +130,7 @@ def _answer(found: Results, row: Estimate | None) -> str:
         return f"Nothing can be compared: {f'{only.quantity} {entry_text(only)}' if only else 'nothing is known'}."
     way = "up" if (row.value or 0.0) > 0 else "down"
     text = _TEXTS["answer"][f"agents {way}" if row.versus else way] if row.detected else _TEXTS["answer"]["open"]
-    size = f"{entry_text(row).replace(' [', ' points [' if row.unit else ' [')}, {p_value(row.p_value)}"
+    size = f"{_size(row)}, {p_value(row.p_value)}"
     names = row.control or row.versus, row.condition or row.agent
     return capital(text.format(*names, row.quantity.removesuffix("_difference"), size))
 
@@ -141,16 +141,48 @@ def _detected(row: Estimate) -> bool:
 
 
 def _said(rows: Sequence[Estimate]) -> str:
-    """How many differences were detected, and the clearest."""
-    judged = [row for row in rows if row.p_value is not None]
-    clear = sorted(filter(_detected, judged), key=clearness)
-    if not judged:
-        return f"Not tested: {_FEW}."
-    if len(judged) == 1:
-        return f"{'A' if clear else 'No'} difference was detected: {entry_text(judged[0])}."
-    where = [", ".join(filter(None, (row.agent, row.versus or row.condition))) for row in clear]
-    most = f", most clearly {where[0]}: {entry_text(clear[0])}" if clear else ""
-    return f"Differences detected: {len(clear) or 'none'} of {len(judged)}{most}."
+    """Of every family how many differences were detected, and the clearest: whose, which way, and how large."""
+    said = list[str]()
+    for family in dict.fromkeys(row.family for row in rows):
+        own = [row for row in rows if row.family == family]
+        judged = [row for row in own if row.p_value is not None]
+        judged.sort(key=lambda row: (not _detected(row), clearness(row)))
+        name, difference, _ = own[0].quantity.partition("_difference")
+        many, text = sum(map(_detected, judged)) or "none", _FEW
+        if judged:
+            text = f"{many} of {len(judged)} detected, the clearest {_whose(judged[0])}"
+        said.append(capital(f"{name if difference else family}: {text}."))
+    return " ".join(said)
+
+
+def _whose(row: Estimate) -> str:
+    """Who is above or below whom, which is said only of what is detected, and by how much."""
+    other, way = row.versus or row.control, "beside"
+    if _detected(row) and row.value is not None:
+        way = "above" if row.value > (row.unit == "ratio") else "below"
+    return f"{_who(row)}{f' {way} {other}' * bool(other)}: {'ratio of rates ' * (row.unit == 'ratio')}{_size(row)}"
+
+
+def _who(row: Estimate) -> str:
+    return ", ".join(filter(None, (row.agent, row.condition)))
+
+
+def _size(row: Estimate) -> str:
+    """A number with its interval and, of points, its unit."""
+    return entry_text(row).replace(" [", " points [" if row.unit == "points" else " [")
+
+
+def _span(found: Results, columns: dict[str, Sequence[str]]) -> str:
+    """The lowest and the highest number of each column, and whose they are where they have an interval."""
+    said, first = list[str](), f"first {found.study['first']}"
+    for heading, (quantity, part) in columns.items():
+        rows = sorted(found.where(quantity, of=part.replace("first k", first)), key=lambda row: row.value or 0.0)
+        ends = [
+            f"{entry_text(alone(row))}{f' ({_who(row)})' * (row.low is not None)}" for row in (*rows[:1], *rows[-1:])
+        ]
+        numbers = " to ".join(dict.fromkeys(ends)) if len(rows) > 1 else entry_text(rows[0]) if rows else ""
+        said += [f"{heading.replace('first k', first)}: {numbers}"] * bool(rows)
+    return f"{capital('; '.join(said))}."
 
 
 def _judged(found: Results, family: str) -> Lines:
@@ -159,7 +191,10 @@ def _judged(found: Results, family: str) -> Lines:
     label = _LABELS.get(rows[0].unit if rows else "", "difference")
     yield ["agent", "condition", "compared with", "n", "both", label, "P", "conclusion"]
     for row in rows:
-        both, said = _both(found, row), DETECTED if _detected(row) else _FEW if row.note else f"not {DETECTED}"
+        both, said = (
+            _both(found, row),
+            DETECTED if _detected(row) else _FEW if row.p_value is None else f"not {DETECTED}",
+        )
         who = [name or None for name in (row.agent, row.condition, row.control or row.versus)]
         shares, gap = ", ".join(map(entry_text, both)) or None, beside(row, *both) if both else row
         yield [*who, str(row.n), shares, gap, p_cell(row.p_value), said]
