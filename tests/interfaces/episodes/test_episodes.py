@@ -43,7 +43,7 @@ def report(mazes):
 HEAD = "agent,condition,task,seed,solved,score,steps,actions\n"
 
 WRONG = [
-    (".csv", HEAD + "a,c,t,1,2,,,\n", "", "line 2, column solved: got '2', expected 0 or 1, or true or false"),
+    (".csv", HEAD + "a,c,t,1,2,,,\n", "", "line 2, column solved: got '2', expected 0 or 1, true or false, yes or no"),
     (".csv", HEAD + "a,c,t,1,,nan,,\n", "", "line 2, column score: got 'nan', expected a number from 0 to 1"),
     (".csv", HEAD + "a,c,t,1,,1.5,,\n", "", "line 2, column score: got '1.5', expected a number from 0 to 1"),
     (".csv", HEAD + "a,c,t,1,1,,2.5,\n", "", "line 2, column steps: got '2.5', expected a whole number from 0"),
@@ -65,6 +65,12 @@ WRONG = [
     (".jsonl", '{"score": NaN}\n', "", "line 1, column score: got nan, expected a number from 0 to 1"),
     (".jsonl", '{"agent": ["a"]}\n', "", "line 1, column agent: got ['a'], expected a text"),
     (".jsonl", '{"task": "t", "step": 1}\n{"task": "t", "step": 1}\n', "", "line 2: got again the step of line 1, expected each once"),
+    (".csv", "agent,agent\na,b\n", "", "column agent: got it twice, expected each column once"),
+    (".csv", "agent;solved\na;1\n", "", "got the columns agent;solved, expected at least 1 of agent, condition"),
+    (".csv", "model,progression\na,1\n", 'preset = "balrog"', "expected at least 2 of model_id, agent, num_steps, prog"),
+    (".csv", "agent,actions\na," + "[" * 200_000, "", "line 2, column actions: got '[[["),
+    (".jsonl", '{"agent": "\\ud800"}\n', "", r"line 1, column agent: got '\ud800', expected a text of at most"),
+    (".jsonl", '[["agent", "a"]]\n', "", "line 1: not a JSON object"),
     (".parquet", b"PAR1 rubbish PAR1", "", "not Parquet"),
     (".eval", b"rubbish", "", "not a log of Inspect"),
     (".xls", b"", "", "expected a name that ends in .csv, .jsonl, .parquet, .eval"),

@@ -12,7 +12,7 @@ import io
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,9 @@ from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, combined
 MOST_ROWS, MOST_NAMES, _LONGEST = 1_000_000, 30, 1000
 """Rows of all files; agents, and conditions, that one page compares; characters of a name."""
 
+_AT_ONCE, _MOST_VALUES = 1000, 1 << 25
+"""Rows of Parquet that are unpacked together; values of one of its columns, of which a list of actions has many."""
+
 PRESETS = {
     "inspect": "",
     "balrog": "agent=model_id condition=agent steps=num_steps score=progression step=Step action=Action",
@@ -38,14 +41,19 @@ Rows = Iterator[tuple[int, Mapping[str, Any]]]
 """The number of a line, and its cells by column; an empty one is None, an empty text, or not there."""
 
 
+@lru_cache(100_000, typed=True)  # most cells come again and again; a list is refused because it cannot be kept
 def _name(cell: Any) -> str:
-    if isinstance(cell, list | dict) or len(name := str(cell)) > _LONGEST:
+    if len(name := str(cell)) > _LONGEST or not name.encode():  # half of a surrogate pair cannot be written
         raise ValueError
     return sys.intern(name)
 
 
+_MARKS = {"true": 1, "yes": 1, "false": 0, "no": 0}
+
+
+@lru_cache(100_000, typed=True)
 def _number(cell: Any, *, most: float = 1.0, whole: bool = False) -> float:
-    value = float({"true": 1, "false": 0}.get(cell.lower(), cell) if isinstance(cell, str) else cell)
+    value = float(_MARKS.get(cell.lower(), cell) if isinstance(cell, str) else cell)
     if not 0 <= value <= most or (whole and value != int(value)):
         raise ValueError
     return value
@@ -67,7 +75,7 @@ _TEXTS = ("agent", "condition", "task", "seed", "episode")
 COLUMNS: Mapping[str, tuple[Callable[[Any], Any], str]] = {
     **dict.fromkeys((*_TEXTS, "action", "told"), _TEXT),
     "step": (partial(_number, most=1e9), "a number from 0"),
-    **dict.fromkeys(("solved", "told_falsely"), (partial(_number, whole=True), "0 or 1, or true or false")),
+    **dict.fromkeys(("solved", "told_falsely"), (partial(_number, whole=True), "0 or 1, true or false, yes or no")),
     "score": (_number, "a number from 0 to 1"),
     "steps": (partial(_number, most=1e9, whole=True), "a whole number from 0"),
     "actions": (_actions, "a JSON list of texts, or words with spaces between"),
@@ -81,41 +89,52 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
     Lines of Parquet and of logs are their rows, from 1.
 
     Raises:
-        BadFile: If a file is too large, is not what its name says or holds no episode, or a cell is not what its column
-            has to have, or an episode or a step is there twice.
+        BadFile: If a file is too large, is not what its name says, has no column that is known, or of a preset less
+            than two, or holds no episode, or a cell is not what its column has to have, or an episode or a step is
+            there twice, or steps are missing.
         UnknownName: If a preset, a column of ours, or one that is named of the file, does not exist.
         Missing: If what reads the file is not installed.
     """
-    names, constants, named = _mapped(asked)
-    cells, places, there = {name: list[Any]() for name in COLUMNS}, list[tuple[Path, int]](), dict[str, None]()
+    names, constants, named, (hoped, fewest) = _mapped(asked)
+    cells, places, every = {name: list[Any]() for name in COLUMNS}, list[tuple[Path, int]](), dict[str, Any]()
     for path in paths:
         if path.suffix not in _READERS:
             raise BadFile(path, f"expected a name that ends in {', '.join(_READERS)}")
+        there, began = dict[str, Any](), len(places)
         for number, row in _READERS[path.suffix](path):
             if len(places) == MOST_ROWS:
                 raise BadFile(path, f"line {number}: got more than {MOST_ROWS} rows, expected at most so many")
-            there.update(dict.fromkeys(row))
+            there |= row
             places.append((path, number))
             for name, (parse, expected) in COLUMNS.items():
                 cell = constants.get(name) or row.get(names[name])
                 try:
-                    cells[name].append(None if cell in (None, "") else parse(cell))
+                    cells[name].append(None if cell is None or cell == "" else parse(cell))
                 except (TypeError, ValueError, OverflowError, RecursionError):
                     said = f"line {number}, column {names[name]}: got {cell!r:.80}, expected {expected}"
                     raise BadFile(path, said) from None
+        every |= there
+        if len(places) > began and len(there.keys() & hoped) < fewest:
+            expected = f"at least {fewest} of {', '.join(hoped)}; --map says which column is which"
+            raise BadFile(path, f"got the columns {', '.join(there)}, expected {expected}")
     if not places:
         raise BadFile(paths[0], "got no row, expected an episode")
-    if missing := [name for name in named if name not in there]:
-        raise UnknownName(f"column of {paths[0]}", missing[0], there)
+    if missing := [name for name in named if name not in every]:
+        raise UnknownName(f"column of {paths[0]}", missing[0], every)
     return _made(cells, places)
 
 
-def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str]]:
-    """Our column -> that of the file; our column -> what every row has; columns of the file that somebody named."""
+def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str], tuple[list[str], int]]:
+    """Which column is which: ours -> that of the file; ours -> what every row has; columns of the file, named; others.
+
+    These are columns of the file of which at least so many have to be there: one of all, or two of a preset, of which
+    one may be there by chance.
+    """
     written = {"preset": asked} if asked in PRESETS else read_toml(Path(asked)) if asked else {}
     if (preset := str(written.pop("preset", "inspect"))) not in PRESETS:
         raise UnknownName("preset", preset, PRESETS)
-    names = {name: name for name in COLUMNS} | dict(pair.split("=") for pair in PRESETS[preset].split())
+    own = dict(pair.split("=") for pair in PRESETS[preset].split())
+    names = {name: name for name in COLUMNS} | own
     constants = dict[str, str]()
     for name, value in written.items():
         if name not in COLUMNS:
@@ -127,7 +146,9 @@ def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str]]:
                 constants[name] = str(constant)
             case _:
                 raise BadFile(asked, f"{name}: got {value!r}, expected the name of a column, or {{ constant = VALUE }}")
-    return names, constants, [value for value in written.values() if isinstance(value, str)]
+    hoped = [names[name] for name in own or COLUMNS if name not in constants]
+    named = [value for value in written.values() if isinstance(value, str)]
+    return names, constants, named, (hoped, min(len(hoped), 2 if own else 1))
 
 
 def _text(path: Path) -> str:
@@ -140,21 +161,30 @@ def _text(path: Path) -> str:
 
 
 def _csv_rows(path: Path) -> Rows:
-    reader = csv.DictReader(io.StringIO(_text(path), newline=""), strict=True)
+    reader, most = csv.reader(io.StringIO(_text(path), newline=""), strict=True), csv.field_size_limit(LARGEST_INPUT)
     try:
-        for row in reader:
-            if None in row or None in row.values():
+        names = _once(path, next(reader, []))
+        for cells in filter(None, reader):
+            if len(cells) != len(names):
                 raise BadFile(path, f"line {reader.line_num}: got more or fewer cells than columns, expected one each")
-            yield reader.line_num, row
+            yield reader.line_num, dict(zip(names, cells, strict=True))
     except csv.Error as error:
-        raise BadFile(path, f"line {reader.reader.line_num}: not CSV ({error})") from None
+        raise BadFile(path, f"line {reader.line_num}: not CSV ({error})") from None
+    finally:
+        csv.field_size_limit(most)
+
+
+def _once(path: Path, names: Sequence[str]) -> Sequence[str]:
+    if again := [name for i, name in enumerate(names) if name in names[:i]]:
+        raise BadFile(path, f"column {again[0]}: got it twice, expected each column once")
+    return names
 
 
 def _json_rows(path: Path) -> Rows:
     for number, line in enumerate(_text(path).split("\n"), 1):
         if line.strip():
             try:
-                yield number, dict(json.loads(line))
+                yield number, {**json.loads(line)}
             except (TypeError, ValueError, RecursionError) as error:
                 raise BadFile(path, f"line {number}: not a JSON object ({error})") from None
 
@@ -165,10 +195,17 @@ def _parquet_rows(path: Path) -> Rows:
         arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
     try:
         file = parquet.ParquetFile(io.BytesIO(content))
+        _once(path, file.schema_arrow.names)
         groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
-        if file.metadata.num_rows > MOST_ROWS or sum(one.total_byte_size for one in groups) > LARGEST_INPUT:
-            raise BadFile(path, f"expected at most {MOST_ROWS} rows, and {LARGEST_INPUT} bytes when it is unpacked")
-        yield from enumerate(file.read().to_pylist(), 1)
+        parts = [[group.column(i) for i in range(group.num_columns)] for group in groups]
+        sizes = [abs(part.total_uncompressed_size) for group in parts for part in group]
+        values = [sum(abs(part.num_values) for part in column) for column in zip(*parts, strict=True)]
+        rows = max(file.metadata.num_rows, sum(abs(group.num_rows) for group in groups))
+        if rows > MOST_ROWS or sum(sizes) > LARGEST_INPUT or max(values, default=0) > _MOST_VALUES:
+            said = f"{MOST_ROWS} rows, {_MOST_VALUES} values of a column, and {LARGEST_INPUT} bytes when it is unpacked"
+            raise BadFile(path, f"expected at most {said}")
+        batches = file.iter_batches(batch_size=_AT_ONCE)
+        yield from enumerate((row for batch in batches for row in batch.to_pylist()), 1)
     except (arrow.ArrowException, OSError) as error:
         raise BadFile(path, f"not Parquet ({error})") from None
 
@@ -197,9 +234,10 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
     once = key if not of_steps else combined(key, np.unique(step, return_inverse=True)[1].reshape(-1))
     judged = there & ({"step"} if of_steps else {"seed", "episode"})
     for row in np.flatnonzero(position(once))[:1].tolist() if judged else ():
-        (path, line), (_, earlier) = places[row], places[int(np.argmax(once == once[row]))]
+        (path, line), (other, earlier) = places[row], places[int(np.argmax(once == once[row]))]
         what = "step of line {}" if of_steps else "episode of line {} (a column episode tells several apart)"
-        raise BadFile(path, f"line {line}: got again the {what.format(earlier)}, expected each once")
+        of = f"{earlier} of {other}" if other != path else earlier
+        raise BadFile(path, f"line {line}: got again the {what.format(of)}, expected each once")
     first, actions = np.arange(len(key)), [did or () for did in cells["actions"]]
     if of_steps:
         first, solved, score, steps, actions = _joined(key, step, solved, score, cells["action"])
