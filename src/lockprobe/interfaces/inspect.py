@@ -6,13 +6,16 @@ Inspect AI imports this module whenever a model is opened, so what plays a study
 
 from __future__ import annotations
 
+import io
 import time
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.foundation.errors import FINAL, BadFile, BadValue, kind_and_words, needing
+from lockprobe.foundation.inputs import LARGEST_INPUT, read_input
 
 with needing("Inspect tasks", "inspect"):
     from inspect_ai import Task, task
@@ -165,13 +168,16 @@ def logged_samples(path: Path) -> Iterator[dict[str, Any]]:
     A sample that ended in an error has no score.
 
     Raises:
-        BadFile: If it is no log.
+        BadFile: If it is no log, or is too large when it is unpacked.
     """
     from inspect_ai.log import read_eval_log
     from inspect_ai.scorer import value_to_float
 
     try:
+        _refuse_large(path)
         log = read_eval_log(str(path), resolve_attachments=False)
+    except BadFile:
+        raise
     except Exception as error:  # noqa: BLE001  whatever a reader that is not ours makes of a file that is no log
         raise BadFile(path, f"not a log of Inspect ({kind_and_words(error)})") from None
     number, said = value_to_float(), " ".join(f"{name}={value}" for name, value in sorted(log.eval.task_args.items()))
@@ -189,3 +195,16 @@ def logged_samples(path: Path) -> Iterator[dict[str, Any]]:
             "steps": len(messages),
             "actions": [call.function for message in messages for call in message.tool_calls or ()],
         }
+
+
+def _refuse_large(path: Path) -> None:
+    """Refuse an archive by the bytes of all its files, which are counted, because what it declares may be a lie."""
+    size = 0
+    with zipfile.ZipFile(io.BytesIO(read_input(path))) as archive:
+        for entry in archive.infolist():
+            entry.file_size = 1 << 62
+            with archive.open(entry) as file:
+                while read := len(file.read(1 << 20)):
+                    size += read
+                    if size > LARGEST_INPUT:
+                        raise BadFile(path, f"larger than {LARGEST_INPUT} bytes when it is unpacked")

@@ -1,10 +1,12 @@
 """``lockprobe report`` of anybody's episodes: what is read, what is said, and that its numbers are right."""
 
 import csv
+import io
 import json
 import math
 import random
 import time
+import zipfile
 from collections import defaultdict
 from itertools import pairwise, permutations, product
 from operator import attrgetter
@@ -40,6 +42,14 @@ def report(mazes):
     return write_episodes([mazes], "", first=20, out=mazes.parent / "out")
 
 
+def bomb():
+    """An archive of 300 MB, which says that it is of 10 bytes."""
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("header.json", bytes(300_000_000))
+    return made.getvalue().replace((300_000_000).to_bytes(4, "little"), (10).to_bytes(4, "little"))
+
+
 HEAD = "agent,condition,task,seed,solved,score,steps,actions\n"
 
 WRONG = [
@@ -71,8 +81,11 @@ WRONG = [
     (".csv", "agent,actions\na," + "[" * 200_000, "", "line 2, column actions: got '[[["),
     (".jsonl", '{"agent": "\\ud800"}\n', "", r"line 1, column agent: got '\ud800', expected a text of at most"),
     (".jsonl", '[["agent", "a"]]\n', "", "line 1: not a JSON object"),
+    (".csv", "task,step\nt,4\nt,1\nt,2\n", "", "line 2: got step 4, expected step 3 of its episode: rows are missing"),
+    (".csv", "task,step\nt,2\nt,3\n", "", "line 2: got step 2, expected step 1 of its episode"),
     (".parquet", b"PAR1 rubbish PAR1", "", "not Parquet"),
     (".eval", b"rubbish", "", "not a log of Inspect"),
+    (".eval", bomb(), "", "larger than 268435456 bytes when it is unpacked"),
     (".xls", b"", "", "expected a name that ends in .csv, .jsonl, .parquet, .eval"),
 ]  # fmt: skip
 
@@ -122,6 +135,14 @@ def test_rows_of_episodes_and_of_steps_in_every_kind_of_file_say_the_same(mazes,
 def _named(of, solved):
     names = [of.agents[i] for i in of.agent], [of.conditions[i] for i in of.condition], [of.tasks[i] for i in of.task]
     return sorted(zip(*names, of.steps, of.actions, solved, strict=True))
+
+
+def test_an_episode_of_steps_that_is_cut_off_is_no_failure_and_the_other_file_is_named(tmp_path):
+    (tmp_path / "x.csv").write_text("task,step,solved\na,0,0\na,1,\nb,0,1\nb,1,\nc,0,\nc,1,0\n")
+    assert str(read_episodes([tmp_path / "x.csv"], "").solved.tolist()) == "[nan, 1.0, 0.0]"
+    (tmp_path / "y.csv").write_text("task,step,solved\nb,1,yes\n")
+    with pytest.raises(UserMistake, match=r"y.csv: line 2: got again the step of line 5 of .*x.csv, expected"):
+        read_episodes([tmp_path / "x.csv", tmp_path / "y.csv"], "")
 
 
 def test_presets_and_constants_name_columns(tmp_path):

@@ -12,7 +12,7 @@ import io
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -51,12 +51,15 @@ def _name(cell: Any) -> str:
 _MARKS = {"true": 1, "yes": 1, "false": 0, "no": 0}
 
 
-@lru_cache(100_000, typed=True)
-def _number(cell: Any, *, most: float = 1.0, whole: bool = False) -> float:
-    value = float(_MARKS.get(cell.lower(), cell) if isinstance(cell, str) else cell)
-    if not 0 <= value <= most or (whole and value != int(value)):
-        raise ValueError
-    return value
+def _number(*, most: float = 1.0, whole: bool = False) -> Callable[[Any], float]:
+    @lru_cache(100_000, typed=True)
+    def parse(cell: Any) -> float:
+        value = float(_MARKS.get(cell.lower(), cell) if isinstance(cell, str) else cell)
+        if not 0 <= value <= most or (whole and value != int(value)):
+            raise ValueError
+        return value
+
+    return parse
 
 
 def _actions(cell: Any) -> tuple[str, ...]:
@@ -74,10 +77,10 @@ _TEXTS = ("agent", "condition", "task", "seed", "episode")
 
 COLUMNS: Mapping[str, tuple[Callable[[Any], Any], str]] = {
     **dict.fromkeys((*_TEXTS, "action", "told"), _TEXT),
-    "step": (partial(_number, most=1e9), "a number from 0"),
-    **dict.fromkeys(("solved", "told_falsely"), (partial(_number, whole=True), "0 or 1, true or false, yes or no")),
-    "score": (_number, "a number from 0 to 1"),
-    "steps": (partial(_number, most=1e9, whole=True), "a whole number from 0"),
+    "step": (_number(most=1e9), "a number from 0"),
+    **dict.fromkeys(("solved", "told_falsely"), (_number(whole=True), "0 or 1, true or false, yes or no")),
+    "score": (_number(), "a number from 0 to 1"),
+    "steps": (_number(most=1e9, whole=True), "a whole number from 0"),
     "actions": (_actions, "a JSON list of texts, or words with spaces between"),
 }
 """All columns that a file may have, under these names or others: what their cells are read with, and have to be."""
@@ -97,6 +100,7 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
     """
     names, constants, named, (hoped, fewest) = _mapped(asked)
     cells, places, every = {name: list[Any]() for name in COLUMNS}, list[tuple[Path, int]](), dict[str, Any]()
+    columns = [(cells[name], names[name], constants.get(name), kind) for name, kind in COLUMNS.items()]
     for path in paths:
         if path.suffix not in _READERS:
             raise BadFile(path, f"expected a name that ends in {', '.join(_READERS)}")
@@ -106,12 +110,12 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
                 raise BadFile(path, f"line {number}: got more than {MOST_ROWS} rows, expected at most so many")
             there |= row
             places.append((path, number))
-            for name, (parse, expected) in COLUMNS.items():
-                cell = constants.get(name) or row.get(names[name])
+            for own, column, constant, (parse, expected) in columns:
+                cell = constant or row.get(column)
                 try:
-                    cells[name].append(None if cell is None or cell == "" else parse(cell))
+                    own.append(None if cell is None or cell == "" else parse(cell))
                 except (TypeError, ValueError, OverflowError, RecursionError):
-                    said = f"line {number}, column {names[name]}: got {cell!r:.80}, expected {expected}"
+                    said = f"line {number}, column {column}: got {cell!r:.80}, expected {expected}"
                     raise BadFile(path, said) from None
         every |= there
         if len(places) > began and len(there.keys() & hoped) < fewest:
@@ -240,7 +244,9 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
         raise BadFile(path, f"line {line}: got again the {what.format(of)}, expected each once")
     first, actions = np.arange(len(key)), [did or () for did in cells["actions"]]
     if of_steps:
-        first, solved, score, steps, actions = _joined(key, step, solved, score, cells["action"])
+        order = np.lexsort((np.where(np.isnan(step), np.arange(len(key)), step), key))
+        _refuse_gaps(key[order], step[order], [places[row] for row in order])
+        first, solved, score, steps, actions = _joined(key, order, solved, score, cells["action"])
     steps = np.where(np.isnan(steps), [len(did) or np.nan for did in actions], steps)
     if np.isnan(solved).all() and np.isin(score[~np.isnan(score)], (0, 1)).all():
         solved, score = score, solved
@@ -253,14 +259,28 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
     )  # fmt: skip
 
 
+def _refuse_gaps(key: Codes, step: Array, places: Sequence[tuple[Path, int]]) -> None:
+    """Refuse rows, in the order of episodes and steps, between which some are missing: loops would not be theirs."""
+    same = np.r_[False, key[1:] == key[:-1]]
+    due = np.where(same, np.r_[0, step[:-1]] + 1, np.minimum(step, 1))  # the first is 0 or 1
+    for row in np.flatnonzero(np.abs(step - due) > 0)[:1].tolist():
+        path, line = places[row]
+        said = f"got step {step[row]:g}, expected step {due[row]:g} of its episode: rows are missing"
+        raise BadFile(path, f"line {line}: {said}")
+
+
 def _joined(
-    key: Codes, step: Array, solved: Array, score: Array, action: Sequence[str | None]
+    key: Codes, order: Codes, solved: Array, score: Array, action: Sequence[str | None]
 ) -> tuple[Codes, Array, Array, Array, list[tuple[str, ...]]]:
-    """The episodes of rows of steps: the first row of each, whether any row says solved, its last score, its steps."""
-    order, steps = np.lexsort((np.where(np.isnan(step), np.arange(len(key)), step), key)), np.bincount(key)
+    """The episodes of rows of steps: the first row of each, whether any row says solved, its last score, its steps.
+
+    One whose last row does not say whether it is solved may have been cut off, and is unknown unless another says so.
+    """
+    steps = np.bincount(key)
     scored, last = order[~np.isnan(score[order])], np.full(len(steps), np.nan)
     last[key[scored]] = score[scored]  # of several the last one stays
     did, ends = [action[row] for row in order], np.cumsum(steps)
     parts = [tuple(filter(None, did[end - n : end])) for end, n in zip(ends, steps, strict=True)]
     once = np.fmax.reduceat(solved[order], ends - steps)
+    once[np.isnan(solved[order][ends - 1]) & (once < 1)] = np.nan
     return np.unique(key, return_index=True)[1], once, last, steps.astype(np.float64), parts
