@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.interfaces.episodes.frame import Episodes, Sides, combined, compare, sides
+from lockprobe.interfaces.episodes.frame import Codes, Episodes, Sides, combined, compare, sides
 from lockprobe.interfaces.episodes.loops import NULLS, Played, looped_before
 from lockprobe.report.rows import Condition, Curve, Design, Estimate, Player, Progress, Results, Row, measured_row
 from lockprobe.statistics.clustered import clustered_difference, share_of
 from lockprobe.statistics.distributions import student_tails
 from lockprobe.statistics.every_look import E_PROCESS
 from lockprobe.statistics.how_soon import incidence, log_rank
-from lockprobe.statistics.pairs import FEWEST
 from lockprobe.statistics.proportions import ALPHA, proportion
 
 CONDITIONS, EACH_AGENT, AGENTS, LOOKS = "conditions", "conditions by agent", "agents", "every look"
@@ -74,8 +73,7 @@ def _difference(of: Episodes, measure: str, own: Sides, family: str, choices: in
     if change.n:
         score = measure == "score"
         how = "sign flips" if own.by == "pairs" and not score else "t"
-        if own.by == "pairs" and len(np.unique(of.task[own.first])) >= FEWEST:
-            how = f"larger P of {how} and t over tasks,"
+        how = f"larger P of t over tasks, from five on, and {how}" if own.by == "pairs" else how
         test: Columns = {"family": family + SCORE * score, "corrected_for": choices, "test": f"{how} of {own.by}"}
         yield measured_row(f"{measure}_difference", change, unit="" if score else "points", **names, **test)
         for part, mean in ((CONTROL, first), ("", second)):
@@ -109,15 +107,13 @@ def _agents(of: Episodes) -> Iterator[Row]:
             yield from _difference(of, measure, own, AGENTS, len(pairs), names)
 
 
-def _tested(quantity: str, found: Any, family: str, choices: int, many: int, columns: Columns) -> Estimate:
-    """The row of a test over so many clusters, with its P value corrected; none of fewer clusters than ever reject.
+def _tested(quantity: str, found: Any, family: str, choices: int, cluster: Codes, columns: Columns) -> Estimate:
+    """The row of a test over clusters, with its P value corrected; without one where too few can never let it reject.
 
-    A statistic over steps never exceeds the square root of their number (:func:`lockprobe.statistics.how_soon.excess`).
-    That of first loops can be of any size, from three clusters on.
+    Statistics over steps are at most the square root of their number; that of first loops has two degrees less.
     """
-    least = (one for one in count(2) if choices * student_tails(one**0.5, one - 1) < ALPHA)
-    enough = 3 if family == EARLY else next(least)
-    few = f"Too few tasks for {choices} comparisons: it takes {enough} or more" if many < enough else ""
+    enough = next(k for k in count(3) if family == EARLY or choices * student_tails(k**0.5, k - 1) < ALPHA)
+    few = f"Too few tasks for {choices} comparisons: it takes {enough} or more" * (len(np.unique(cluster)) < enough)
     p_value = None if few or found.p_value is None else min(1.0, choices * found.p_value)
     columns = {"of": family, "family": family, "corrected_for": choices, "p_value": p_value, "note": few} | columns
     return measured_row(quantity, found, **columns)
@@ -143,7 +139,7 @@ def _speed(of: Episodes, changes: Changes) -> Iterator[Row]:
             cluster = of.cluster(at, _CLUSTERS)
             hazard = log_rank(last[at], solved[at], later, cluster)
             test = {"unit": "ratio", "test": "log-rank", "n": len(at)}
-            yield _tested("hazard_ratio", hazard, SOON, len(changes), len(np.unique(cluster)), columns | test)
+            yield _tested("hazard_ratio", hazard, SOON, len(changes), cluster, columns | test)
 
 
 def _loops(of: Episodes, played: Played) -> Iterator[Row]:
@@ -160,13 +156,13 @@ def _loops(of: Episodes, played: Played) -> Iterator[Row]:
             cluster = of.task[here] if len(of.tasks) > 1 else here
             gap = replace(clustered_difference(of.solved[here], early[here], cluster, here), n=len(here))
             columns: Columns = names | {"unit": "points", "test": "t, clustered by task"}
-            yield _tested("loop_success", gap, EARLY, len(cells), len(np.unique(cluster)), columns)
+            yield _tested("loop_success", gap, EARLY, len(cells), cluster, columns)
         here = np.flatnonzero(own & (played.length > 0) & (of.steps >= played.length) & ~np.isnan(of.solved))
         if len(here):
             cluster = of.cluster(here, _CLUSTERS)
             hazard = looped_before(of, here, onset[here], cluster)
             columns = names | {"unit": "ratio", "test": "Mantel-Haenszel by step", "n": len(here)}
-            yield _tested("loop_success", hazard, BY_STEP, len(cells), len(np.unique(cluster)), columns)
+            yield _tested("loop_success", hazard, BY_STEP, len(cells), cluster, columns)
     for part, looped, among in (("whole", onset > 0, played.length > 0), (first, early, played.reach)):
         for end, value in (("unsolved", 0), ("solved", 1)):
             if len(ends := looped[among & (of.solved == value)]):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.blocks import FEWEST, Blocks, block_mean, mean_of_blocks
 from lockprobe.statistics.broken_trials import bounded
-from lockprobe.statistics.every_look import Numbers, at_every_look
+from lockprobe.statistics.outcomes import BlockOrder
 from lockprobe.statistics.pairs import mean_over_boxes
 from lockprobe.statistics.proportions import Difference
 
@@ -142,9 +142,9 @@ def compare(
     marks, found = bool(np.isin(values[~np.isnan(values)], (0, 1)).all()), list[Difference]()
     for low, high in ends:
         apart, block, task = _apart(episodes, of, low, high)
-        there = ~np.isnan(apart)
+        there, order = ~np.isnan(apart), BlockOrder(plans=((1, len(apart)),)) if every_look else None
         how = "flips" if marks and of.by == "pairs" else "shares" if marks else "scores"
-        found.append(_mean(apart[there], block[there], task[there], how, choices, every_look))
+        found.append(_mean(apart[there], block[there], task[there], how, choices, order))
     if of.by == "pairs":
         one, two = (side[~np.isnan(two - one)] for side in (one, two))
     means = [float(np.nanmean(side)) if not np.isnan(side).all() else math.nan for side in (one, two)]
@@ -174,12 +174,11 @@ def _means(values: Array, group: Codes, size: int) -> Array:
     return found
 
 
-def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, every_look: bool) -> Difference:
+def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, order: BlockOrder | None) -> Difference:
     """The mean of values by block, each of one task, with an interval and a P value that hold over tasks too.
 
     Both are of sign flips of differences that are -1, 0 or 1 (``flips``), or Student's: of means of these (``shares``)
-    one more block is added that differs wholly, while ``scores`` vary by themselves. At every look nothing is claimed
-    that this one does not show. Effects that differ by task have a mean only over tasks, each of which counts alike.
+    one more block is added that differs wholly, while ``scores`` vary by themselves.
     """
     row, column = np.unique(block, return_inverse=True)[1].reshape(-1), position(block)
     table = np.full((int(row.max(initial=-1)) + 1, int(column.max(initial=-1)) + 1), np.nan)
@@ -188,14 +187,13 @@ def _mean(values: Array, block: Codes, task: Codes, how: str, choices: int, ever
     if how == "flips":
         nobody, place = np.empty((0, 0), dtype=np.str_), np.arange(len(table))
         blocks = Blocks(solved=table, steps=table, person=nobody, box=box, place=place, order=None)
-        found, each = mean_of_blocks(table, blocks, choices=choices), combined(task if len(box) else block)
-        if not every_look or not found.n:
-            return found
-        means = _means(values, each, int(each.max()) + 1)
-        (ever,) = at_every_look([Numbers(values=means, block=np.arange(len(means)))], agents=choices)
-        return bounded(
-            found, found, replace(found, value=ever.value, low=ever.low, high=ever.high, p_value=ever.p_value)
-        )
+        found = mean_of_blocks(table, blocks, choices=choices)
+        if order is not None and found.n:
+            each = combined(task if len(box) else block)  # tasks may differ in the effect
+            means = _means(values, each, int(each.max()) + 1)[:, None]
+            blocks = replace(blocks, place=np.arange(len(means)), order=order)
+            found = bounded(found, found, mean_of_blocks(means, blocks, choices=choices))
+        return found
     found = block_mean(table, choices=choices, rare=(1e-9, 1e-9) if how == "scores" else None)  # all may be equal
     if found.p_value is not None:
         found = replace(found, p_value=min(1.0, choices * found.p_value))

@@ -22,7 +22,7 @@ from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, results_of
 from lockprobe.interfaces.episodes.frame import Episodes
 from lockprobe.interfaces.episodes.reading import read_episodes
-from lockprobe.report.format import DETECTED, alone, as_csv, beside, entry_text
+from lockprobe.report.format import DETECTED, Entry, alone, as_csv, beside, entry_text
 from lockprobe.report.page import Page, drawn_figure, image, results_text
 from lockprobe.report.rendering import rendered
 from lockprobe.report.rows import Estimate, Fact, Results, clearness
@@ -34,8 +34,6 @@ _TEXTS: dict[str, Any] = tomllib.loads(files(__package__).joinpath("questions.to
 
 _RARE = ("agent", "condition", "compared with", "both", "success", "score")
 """Columns that are left out where they say nothing."""
-
-_FEW = "too few tasks"
 
 _LABELS = {"points": "difference, points", "ratio": "ratio of rates"}
 
@@ -97,14 +95,14 @@ def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
 def _parts(page: Page) -> Iterator[Part]:
     """The questions that have an answer."""
     for name, text in _TEXTS["questions"].items():
-        families, columns = text.get("families", ()), text.get("columns")
+        families, columns = text.get("families", {}), text.get("columns")
         tables = [Table(name, partial(_listed, columns=columns), 2, rare=_RARE)] if columns else []
         for family in families:
             lines = partial(_judged, family=family)
             tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_LABELS["points"], rare=_RARE))
         if shown := [table for table in tables if page.cells(table)]:
-            rows = [row for row in page.found.rows if row.family and row.family in families]
-            said = _said(rows) if rows else _span(page.found, columns)
+            rows = [row for row in page.found.rows if row.family in families]
+            said = capital("; ".join(_said(rows, families, page.cells(shown[0])))) + "."
             k = page.found.study["first"]
             parts = [f"{part}, {end}" for part in ("whole", f"first {k}") for end in ("unsolved", "solved")]
             rates = [page.found.get("loop_rate", agent="", condition="", of=part) for part in parts]
@@ -130,7 +128,7 @@ def _answer(found: Results, row: Estimate | None) -> str:
         return f"Nothing can be compared: {f'{only.quantity} {entry_text(only)}' if only else 'nothing is known'}."
     way = "up" if (row.value or 0.0) > 0 else "down"
     text = _TEXTS["answer"][f"agents {way}" if row.versus else way] if row.detected else _TEXTS["answer"]["open"]
-    size = f"{_size(row)}, {p_value(row.p_value)}"
+    size = f"{entry_text(row).replace(' [', ' points [' if row.unit else ' [')}, {p_value(row.p_value)}"
     names = row.control or row.versus, row.condition or row.agent
     return capital(text.format(*names, row.quantity.removesuffix("_difference"), size))
 
@@ -140,49 +138,21 @@ def _detected(row: Estimate) -> bool:
     return row.detected if row.unit != "ratio" else row.p_value is not None and row.p_value < ALPHA
 
 
-def _said(rows: Sequence[Estimate]) -> str:
-    """Of every family how many differences were detected, and the clearest: whose, which way, and how large."""
-    said = list[str]()
+def _said(rows: Sequence[Estimate], families: dict[str, str], table: Sequence[Sequence[Entry]]) -> Iterator[str]:
+    """How many differences of each family were detected, and who is above whom; without any, each column's range."""
     for family in dict.fromkeys(row.family for row in rows):
-        own = [row for row in rows if row.family == family]
-        judged = [row for row in own if row.p_value is not None]
-        judged.sort(key=lambda row: (not _detected(row), clearness(row)))
-        name, difference, _ = own[0].quantity.partition("_difference")
-        many, text = sum(map(_detected, judged)) or "none", _FEW
-        if judged:
-            text = f"{many} of {len(judged)} detected, the clearest {_whose(judged[0])}"
-        said.append(capital(f"{name if difference else family}: {text}."))
-    return " ".join(said)
-
-
-def _whose(row: Estimate) -> str:
-    """Who is above or below whom, which is said only of what is detected, and by how much."""
-    other, way = row.versus or row.control, "beside"
-    if _detected(row) and row.value is not None:
-        way = "above" if row.value > (row.unit == "ratio") else "below"
-    return f"{_who(row)}{f' {way} {other}' * bool(other)}: {'ratio of rates ' * (row.unit == 'ratio')}{_size(row)}"
-
-
-def _who(row: Estimate) -> str:
-    return ", ".join(filter(None, (row.agent, row.condition)))
-
-
-def _size(row: Estimate) -> str:
-    """A number with its interval and, of points, its unit."""
-    return entry_text(row).replace(" [", " points [" if row.unit == "points" else " [")
-
-
-def _span(found: Results, columns: dict[str, Sequence[str]]) -> str:
-    """The lowest and the highest number of each column, and whose they are where they have an interval."""
-    said, first = list[str](), f"first {found.study['first']}"
-    for heading, (quantity, part) in columns.items():
-        rows = sorted(found.where(quantity, of=part.replace("first k", first)), key=lambda row: row.value or 0.0)
-        ends = [
-            f"{entry_text(alone(row))}{f' ({_who(row)})' * (row.low is not None)}" for row in (*rows[:1], *rows[-1:])
-        ]
-        numbers = " to ".join(dict.fromkeys(ends)) if len(rows) > 1 else entry_text(rows[0]) if rows else ""
-        said += [f"{heading.replace('first k', first)}: {numbers}"] * bool(rows)
-    return f"{capital('; '.join(said))}."
+        judged = [row for row in rows if row.family == family and row.p_value is not None]
+        clear, most = sorted(filter(_detected, judged), key=clearness), ""
+        for row in clear[:1]:  # a ratio without a value is of a control that solves nothing
+            who, other = ", ".join(filter(None, (row.agent, row.condition))), row.versus or row.control
+            way = "below" if row.value is not None and row.value < (row.unit == "ratio") else "above"
+            most = f", most clearly {who}{f' {way} {other}' * bool(other)}: {entry_text(row)}"
+        many = f"{len(clear) or 'none'} of {len(judged)} detected{most}" if judged else "too few tasks"
+        yield f"{families[family]}: {many}"
+    for heading, *cells in () if rows else zip(*table, strict=True):
+        numbers = sorted((one for one in cells if isinstance(one, Estimate)), key=lambda one: one.value or 0.0)
+        if ends := dict.fromkeys(entry_text(alone(one)) for one in (*numbers[:1], *numbers[-1:])):
+            yield f"{heading}: {' to '.join(ends)}"
 
 
 def _judged(found: Results, family: str) -> Lines:
@@ -191,13 +161,10 @@ def _judged(found: Results, family: str) -> Lines:
     label = _LABELS.get(rows[0].unit if rows else "", "difference")
     yield ["agent", "condition", "compared with", "n", "both", label, "P", "conclusion"]
     for row in rows:
-        both, said = (
-            _both(found, row),
-            DETECTED if _detected(row) else _FEW if row.p_value is None else f"not {DETECTED}",
-        )
+        both, few = _both(found, row), "too few tasks" if row.p_value is None else f"not {DETECTED}"
         who = [name or None for name in (row.agent, row.condition, row.control or row.versus)]
         shares, gap = ", ".join(map(entry_text, both)) or None, beside(row, *both) if both else row
-        yield [*who, str(row.n), shares, gap, p_cell(row.p_value), said]
+        yield [*who, str(row.n), shares, gap, p_cell(row.p_value), DETECTED if _detected(row) else few]
 
 
 def _listed(found: Results, columns: dict[str, Sequence[str]]) -> Lines:
