@@ -340,7 +340,6 @@ def test_the_page_asks_one_question_first_and_says_what_it_cannot(report, mazes,
 
 
 def test_answers_say_of_what_they_are_in_which_unit_and_who_is_worse(tmp_path):
-    """Each of seven tasks counts alike, also one of which more episodes are failures."""
     sides = [(a, t, s, int(s < 4 - a)) for a in (0, 3) for t in range(7) for s in range(5 + 5 * (t < 1))]
     rows = "".join(f"{'good' if not a else 'bad'},{t},{s},{end},{end}\n" for a, t, s, end in sides)
     (tmp_path / "x.csv").write_text("agent,task,seed,solved,score\n" + rows)
@@ -348,7 +347,7 @@ def test_answers_say_of_what_they_are_in_which_unit_and_who_is_worse(tmp_path):
     page = (tmp_path / "out/report.html").read_text("utf-8").replace("&nbsp;", " ").replace("\N{NO-BREAK SPACE}", " ")
     assert "Success: 19 % to 74 %; score: 0.186 to 0.743." in page
     for what, size in (("Success, points", "52"), ("score", "0.525")):
-        assert f"{what}: 1 of 1 detected, most clearly bad below good: \N{MINUS SIGN}{size} [" in page
+        assert f"{what}: 1 of 1 differences detected, most clearly bad below good: \N{MINUS SIGN}{size} [" in page
     assert found.where("score_difference")[0].test == "larger P of t over tasks, from five on, and t of pairs"
 
 

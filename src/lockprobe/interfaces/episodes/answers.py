@@ -61,10 +61,10 @@ def _shares(of: Episodes) -> Iterator[Row]:
         yield measured_row("trials", None, value=int(own.sum()), unit="trials", **names)
         if not np.isnan(of.solved[own]).all():
             yield measured_row("success", share_of(of.solved[own], (), (), of.task[own].astype(np.str_)), **names)
-        if len(known := of.score[own & ~np.isnan(of.score)]):
-            task = combined(of.task[own & ~np.isnan(of.score)])
-            mean = np.mean(np.bincount(task, known) / np.bincount(task))
-            yield measured_row("score", None, value=float(mean), n=len(known), unit="", **names)
+        if (known := own & ~np.isnan(of.score)).any():
+            task = combined(of.task[known])
+            mean = np.mean(np.bincount(task, of.score[known]) / np.bincount(task))
+            yield measured_row("score", None, value=float(mean), n=int(known.sum()), unit="", **names)
 
 
 def _difference(of: Episodes, measure: str, own: Sides, family: str, choices: int, names: Columns) -> Iterator[Row]:
@@ -72,8 +72,8 @@ def _difference(of: Episodes, measure: str, own: Sides, family: str, choices: in
     first, second, change = compare(of, own, of.measures[measure], choices=choices)
     if change.n:
         score = measure == "score"
-        how = "sign flips" if own.by == "pairs" and not score else "t"
-        how = f"larger P of t over tasks, from five on, and {how}" if own.by == "pairs" else how
+        pairs = f"larger P of t over tasks, from five on, and {'t' if score else 'sign flips'}"
+        how = pairs if own.by == "pairs" else "t"
         test: Columns = {"family": family + SCORE * score, "corrected_for": choices, "test": f"{how} of {own.by}"}
         yield measured_row(f"{measure}_difference", change, unit="" if score else "points", **names, **test)
         for part, mean in ((CONTROL, first), ("", second)):
