@@ -13,6 +13,7 @@ from gymnasium.utils.env_checker import check_env
 from minigrid_door import NAME, believer
 
 import lockprobe
+from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.interfaces.gymnasium.environment import LockboxEnv
 from lockprobe.trial.luck import Luck
 from lockprobe.wrappers import Delay, FalseReports, Record, Tremble, Withhold
@@ -100,7 +101,7 @@ def test_they_nest_in_any_order_and_gymnasium_has_nothing_to_say_against_it(orde
         check_env(wrapped(order, named, gymnasium.make(other)), skip_render_check=True)
 
 
-class Switches(gymnasium.Env):  # no text, no end, and the observation is one array that changes
+class Switches(gymnasium.Env):  # no text, no end, any action, and the observation is one array that changes
     observation_space, action_space = gymnasium.spaces.MultiBinary(2), gymnasium.spaces.Discrete(2, start=5)
 
     def reset(self, *, seed=None, options=None):
@@ -108,7 +109,7 @@ class Switches(gymnasium.Env):  # no text, no end, and the observation is one ar
         return self.on, {}
 
     def step(self, action):
-        self.on[action - 5] ^= 1
+        self.on[1] ^= str(action) == "6"
         return self.on, 0.5, False, False, {"told": "by itself"}
 
 
@@ -126,32 +127,46 @@ def test_a_text_says_what_is_told_in_place_of_the_truth_or_as_a_sentence_more(wr
     assert (observation, info) == (seen, {"told": told})
 
 
-def test_a_record_holds_whole_episodes_and_what_was_cut_short_without_an_end(tmp_path):
-    write, names = partial(WRITE, path=tmp_path / "e.jsonl"), ("task", "seed", "episode", "action", "done", "outcome")
+def test_a_record_holds_whole_episodes_and_what_was_cut_short_without_an_end_and_report_reads_it(tmp_path):
+    write = partial(WRITE, path=(path := tmp_path / "e.jsonl"))
     env = wrapped([partial(Tremble, p=1), SURE, write], changed, Switches())
     for seed in (3, None, 4):  # the third is under way when the process stops
         env.reset(seed=seed)
         observation, *_, info = env.step(np.int64(5))
         assert (observation.tolist(), info) == ([0, 1], {"told": "it stayed"})
-    expected = [["Switches", 3, episode, 5, 6, "it changed"] for episode in (1, 2)]
-    assert [[row[name] for name in names] for row in rows(tmp_path / "e.jsonl")] == expected
+    found = [[row[name] for name in ("task", "seed", "episode", "action", "done", "outcome")] for row in rows(path)]
+    assert found == [["Switches", 3, episode, 5, 6, "it changed"] for episode in (1, 2)]
     again, other = (wrapped([partial(write, condition=name)], env=Switches()) for name in "cd")
     assert [again.holds(3), again.holds(3, 2), again.holds(4), other.holds(3)] == [True, True, False, False]
     with pytest.raises(lockprobe.UserMistake, match=r"episode: got '1 of seed 3', expected one that .* does not hold"):
         again.reset(seed=3)
+    did = ["x" * 2000, "x" * 1999 + "y", "\ud800", np.float64(0.5), np.zeros(2), {"x": np.ones(1)}, (1,), None]
+    path.write_text(path.read_text().rstrip())  # the last line has no end
+    played(write(gymnasium.wrappers.TimeLimit(Switches(), len(did))), did)  # cut short with a reward
+    played(write(gymnasium.make("FrozenLake-v1", is_slippery=False)), [1, 2])  # ended without one
+    found = read_episodes([path])
+    assert ([len({*one}) for one in found.actions], found.solved.tolist()[2:]) == ([1, 1, len(did), 2], [0, 0])
+    for line in ("[1]", "{", "[" * 10**5, "\0", "{!}", '{!, "seed": [1], "episode": 1}'):
+        path.write_text(line.replace("!", '"agent": "a", "condition": "c", "task": "Switches"').join("\n\n"))
+        with pytest.raises(lockprobe.UserMistake, match=r"\A.*e.jsonl: line 2: got [^\n]*\Z"):
+            write(Switches())
 
 
 REFUSED = {
     "env: got 'SyncVectorEnv', expected one environment": lambda: SLIP(gymnasium.make_vec("Blicket-v0")),
     "FalseReports: got 'others', expected only, at, while_,": lambda: wrapped([partial(LIE, others="kept")]),
-    "outcome: got None, expected a function": lambda: wrapped([LIE], None),
+    **{f"outcome: got {given}, expected a function of 3": partial(wrapped, [LIE], given) for given in (None, len)},
     "Withhold: got .'outcome'., expected what FalseReports": lambda: GAP(wrapped([LIE]), outcome=changed),
     "Tremble: got <TimeLimit.*, expected Lockprobe's": lambda: SLIP(gymnasium.wrappers.TimeLimit(wrapped([LIE]), 9)),
     "actions of Tremble: got Box": lambda: SLIP(gymnasium.make("Pendulum-v1")),
     "outcome: got 'yes', expected two": lambda: played(wrapped([LIE], lambda *seen: "yes"), [0]),
     "outcome: got .'a', 'a'., expected two": lambda: played(wrapped([LIE], lambda *seen: ("a", "a")), [0]),
-    "told: got '.* Ü.', expected an observation in": lambda: played(wrapped([LIE], lambda *seen: ("ü", "ü!")), [0]),
-    "not JSON": lambda: wrapped([partial(WRITE, path=__file__)]),
+    "outcome: got .'1{1001}', ''., expected": lambda: played(wrapped([LIE], lambda *seen: ("1" * 1001, "")), [0]),
+    "told: got '.* Ü.', expected .* Text.0, 1200,": lambda: played(wrapped([LIE], lambda *seen: ("ü", "ü!")), [0]),
+    **{f"{name}: got 3, expected": partial(wrapped, [partial(LIE, **{name: 3})]) for name in ("at", "tell")},
+    "agent: got '.ud800', expected a text": lambda: WRITE(Switches(), path="e", agent="\ud800"),
+    **{f"seed: got {seed!r}, expected": partial(played, wrapped([LIE]), [], seed) for seed in ("a", 1.7, -1)},
+    "score: got 7, expected": lambda: played(WRITE(gymnasium.make(NAME), path="e", score=lambda _: 7), [0] * 1000),
 }
 
 

@@ -15,19 +15,20 @@ seed for each episode, episodes of equal seeds begin alike under all conditions.
 from __future__ import annotations
 
 import json
-import os
 import string
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
-from lockprobe.foundation.errors import BadValue, needing
-from lockprobe.foundation.inputs import is_there, parse_json, read_input
-from lockprobe.foundation.storage.atomic_file import writing
+from lockprobe.foundation.errors import BadFile, BadValue, needing
+from lockprobe.foundation.inputs import is_there, read_input
+from lockprobe.foundation.storage.atomic_file import append_whole
+from lockprobe.foundation.validation import check_function, check_number, check_whole
 from lockprobe.interventions import asked_and_done, told
 from lockprobe.interventions.flip import OutcomeFlip, While
 from lockprobe.trial.luck import Luck
@@ -44,7 +45,7 @@ __all__ = ["Delay", "FalseReports", "Record", "Tremble", "Withhold"]
 Environment = gymnasium.Env[Any, Any]
 
 LONGEST = 1000
-"""By so many characters, printable ASCII or the environment's own, observations that are texts may grow."""
+"""The most characters of a name, an action and a statement, and by how many observations that are texts may grow."""
 
 
 class Telling(TypedDict, total=False):
@@ -89,6 +90,8 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         inside = env.lockprobe_wrappers if isinstance(env, _Wrapper) else ()
         if not inside and env.has_wrapper_attr("lockprobe_wrappers"):
             raise BadValue(type(self).__name__, env, "Lockprobe's wrappers directly around each other")
+        if not isinstance(settings.get("at", ()), Iterable):
+            raise BadValue("at", settings["at"], "a list of the numbers of steps, from 1")
         RecordConstructorArgs.__init__(self, _disable_deepcopy=True, **settings)
         super().__init__(env)
         self.lockprobe_wrappers: tuple[_Wrapper, ...] = (*inside, self)
@@ -100,6 +103,7 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the very first one is given a seed if it has none, so that it can be repeated."""
+        check_whole("seed", 0 if seed is None else seed, 0)
         if seed is None and self._episode is not None:
             luck = self._episode.luck.but(trial=self._episode.luck.trial + 1)
         else:
@@ -109,7 +113,7 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             one.begins(luck)
         observation, info = self.bare.reset(seed=seed, options=options)
         self._episode = _Episode(luck)
-        return self._observed(self._episode, observation, info)
+        return self._observed(self._episode, observation, info, _Report(), _Report())
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Act, and be told what that brought about."""
@@ -129,21 +133,19 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         row = {**place, **acts, "told": report.told, "told_falsely": falsely, "outcome": truth.told}
         for one in self.lockprobe_wrappers:
             one.notes(row, float(reward), terminated, truncated, info)
-        episode.past.append(Moment(was=Percept(), told=Percept(), attempted=truth.action))
-        shown, info = self._observed(episode, observation, info, truth.told, report.told)
+        episode.past.append(replace(episode.past[0], attempted=truth.action))
+        shown, info = self._observed(episode, observation, info, truth, report)
         return shown, reward, terminated, truncated, info
 
-    def _observed(
-        self, episode: _Episode, seen: Any, info: dict[str, Any], truth: str | None = None, said: str | None = None
-    ) -> tuple[Any, dict[str, Any]]:
+    def _observed(self, episode: _Episode, seen: Any, info: Any, truth: _Report, report: _Report) -> tuple[Any, Any]:
         """What the agent observes; what was seen is kept, as an environment may change it in place."""
         if self.teller is None:
             return seen, info
         episode.seen = deepcopy(seen)
-        shown = seen if self.teller.tell is None else self.teller.tell(seen, truth, said)
+        shown = seen if self.teller.tell is None else self.teller.tell(seen, truth.told, report.told)
         if shown is not seen and shown not in self.observation_space and seen in self.bare.observation_space:
             raise BadValue("told", shown, f"an observation in {self.observation_space}")
-        return shown, {**info, "told": said}
+        return shown, {**info, "told": report.told}
 
     def begins(self, luck: Luck) -> None: ...
 
@@ -157,7 +159,12 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
 
 def _plain(action: Any) -> Any:
-    return action.tolist() if isinstance(action, np.ndarray | np.generic) else action
+    """An action as a record has it: a number or a text; of any other its JSON, and at the end of a long one a hash."""
+    plain = action.tolist() if isinstance(action, np.ndarray | np.generic) else action
+    if not isinstance(plain, str | int | float):
+        plain = json.dumps(plain, default=lambda part: getattr(part, "tolist", part.__str__)())
+    long = isinstance(plain, str) and len(plain) > LONGEST
+    return f"{plain[:900]}…{sha256(plain.encode('utf-8', 'replace')).hexdigest()}" if long else plain
 
 
 def _in_words(observation: str, truth: str | None, said: str | None) -> str:
@@ -182,8 +189,8 @@ class _Telling(_Wrapper):
         self.given, teller = given, self.teller or self
         if given.items() - teller.given.items():
             raise BadValue(type(self).__name__, sorted(given), f"what {type(teller).__name__} has, which is inside it")
-        if not callable(teller.given.get("outcome")):
-            raise BadValue("outcome", given.get("outcome"), "a function that names what a step brought about")
+        for name, function in ({"outcome": None} | teller.given).items():
+            check_function(name, function, 3)
         self.tell, seen = given.get("tell"), env.observation_space
         if teller is self and isinstance(seen, spaces.Text):
             self.tell = self.tell or _in_words
@@ -193,9 +200,9 @@ class _Telling(_Wrapper):
     def names(self, before: Any, action: Any, after: Any) -> tuple[str, str] | None:
         """What a step brought about, and its opposite."""
         named = self.given["outcome"](before, action, after)
-        two = isinstance(named, tuple) and [*map(type, named)] == [str, str] and named[0] != named[1]
-        if named is not None and not two:
-            raise BadValue("outcome", named, "two different texts, what is true and its opposite, or None")
+        texts = isinstance(named, tuple) and [*map(type, named)] == [str, str]
+        if named is not None and not (texts and named[0] != named[1] and max(map(len, named)) <= LONGEST):
+            raise BadValue("outcome", named, f"two different texts of at most {LONGEST} characters, the true one first")
         return named
 
     def tells(self, report: _Report, episode: _Episode) -> _Report:
@@ -277,14 +284,14 @@ class Record(_Wrapper):
     A row has the three names (``task`` is by default the id of the environment), ``seed, episode, step, action, done``
     (what reached the environment), ``told, told_falsely`` (whether that is the opposite of the truth) and ``outcome``
     (the truth). The last row has ``solved``, by default whether the episode terminated with a positive reward, and
-    ``score``, in [0, 1], if a function makes it of the sum of rewards. It has neither if the next reset came first:
-    limit steps by ``gymnasium.make(max_episode_steps=…)``. What is under way when a process stops is not written.
+    ``score``, in [0, 1], if a function makes it of the sum of rewards; neither if the next reset came first, so limit
+    steps by ``gymnasium.make(max_episode_steps=…)``. What is under way when a process stops is not written.
     """
 
     def __init__(
         self,
         env: Environment,
-        path: str | os.PathLike[str],
+        path: str | Path,
         *,
         agent: str,
         condition: str,
@@ -292,13 +299,23 @@ class Record(_Wrapper):
         solved: Callable[[float, bool, dict[str, Any]], bool] = lambda reward, end, _: end and reward > 0,
         score: Callable[[float], float] | None = None,
     ) -> None:
-        names = {"agent": agent, "condition": condition, "task": task}
-        super().__init__(env, path=path, solved=solved, score=score, **names)
+        super().__init__(env, path=path, solved=solved, score=score, agent=agent, condition=condition, task=task)
         self._path, self._solved, self._score = Path(path), solved, score
-        self._names, self._rows, self._total = names | {"task": task or self.box}, list[dict[str, Any]](), 0.0
-        lines = read_input(self._path).splitlines() if is_there(self._path) else []
-        rows = [row for line in lines if isinstance(row := parse_json(line, self._path), dict)]
-        self._held = {(row["seed"], row["episode"]) for row in rows if row.items() >= self._names.items()}
+        self._names = {"agent": agent, "condition": condition, "task": task or self.box}
+        self._rows, self._total, self._held = list[dict[str, Any]](), 0.0, set[tuple[int, int]]()
+        check_function("solved", solved, 3)
+        check_function("score", score or float, 1)
+        for name, given in self._names.items():
+            if str(given).encode("utf-8", "replace").decode()[:LONGEST] != given:
+                raise BadValue(name, given, f"a text of at most {LONGEST} characters of UTF-8")
+        for number, line in enumerate(read_input(self._path).splitlines() if is_there(self._path) else (), 1):
+            try:
+                row = json.loads(line.strip() or b"{}")
+                if row.items() >= self._names.items():
+                    self._held.add((row["seed"], row["episode"]))
+            except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
+                why = f"line {number}: got {line.decode(errors='replace')!r:.80}, expected JSON with seed and episode"
+                raise BadFile(self._path, f"{why}: delete it with its episode, which is then played again") from None
 
     def holds(self, seed: int, episode: int = 1) -> bool:
         """Whether the file held this episode under these names when the wrapper was made."""
@@ -318,13 +335,11 @@ class Record(_Wrapper):
         if terminated or truncated:
             self._rows[-1]["solved"] = bool(self._solved(reward, terminated, info))
             if self._score is not None:
-                self._rows[-1]["score"] = float(self._score(self._total))
+                check_number("score", score := self._score(self._total))
+                self._rows[-1]["score"] = float(score)
             self._write()
 
     def _write(self) -> None:
-        if text := "".join(f"{json.dumps(row, ensure_ascii=False, default=str)}\n" for row in self._rows):
-            with writing(self._path), self._path.open("ab") as file:
-                file.write(text.encode())
-                file.flush()
-                os.fsync(file.fileno())
+        rows = "".join(f"{json.dumps(row, ensure_ascii=False)}\n" for row in self._rows)
+        append_whole(self._path, rows.encode("utf-8", "replace"))
         self._rows, self._total = [], 0.0

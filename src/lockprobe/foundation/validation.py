@@ -1,10 +1,11 @@
-"""Validation: what is read from files, pydantic's sentences in plain words, checks of numbers and choices."""
+"""Validation: what is read from files, pydantic's sentences in plain words, checks of values."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
 from functools import cache, partial
+from inspect import signature
 from math import inf
 from numbers import Integral, Real
 from types import UnionType
@@ -112,3 +113,15 @@ def check_choice(what: str, value: str, known: Iterable[str]) -> None:
     """Refuse a value that is not among the known ones."""
     if value not in known:
         raise BadValue(what, value, f"one of {', '.join(known)}")
+
+
+def check_function(what: str, value: Any, takes: int) -> None:
+    """Refuse what cannot be called with so many arguments; some classes, as ``float``, do not say what they take."""
+    try:
+        fits = callable(value) and bool(signature(value).bind(*range(takes)))
+    except TypeError:
+        fits = False
+    except ValueError:
+        fits = True
+    if not fits:
+        raise BadValue(what, value, f"a function of {takes} argument{'s' * (takes > 1)}")

@@ -2,6 +2,7 @@
 
 import errno
 import os
+import resource
 import socket
 import stat
 import subprocess
@@ -11,7 +12,13 @@ from pathlib import Path
 import pytest
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.atomic_file import atomic_files, make_directory, write_file, write_private
+from lockprobe.foundation.storage.atomic_file import (
+    append_whole,
+    atomic_files,
+    make_directory,
+    write_file,
+    write_private,
+)
 
 
 def names(directory):
@@ -123,8 +130,24 @@ def test_what_a_killed_process_left_is_hidden_and_the_next_writer_in_the_directo
     assert names(tmp_path) == ["y", "z"]
 
 
+def test_lines_that_cannot_all_be_written_leave_nothing(tmp_path):
+    (path := tmp_path / "x").write_bytes(b"a\nb")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        with pytest.raises(BadFile, match=r"x: cannot be written \(File too large\)"):
+            append_whole(path, b"c" * 2000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert path.read_bytes() == b"a\nb"
+    for lines in (b"c\n", b"", b"d"):
+        append_whole(path, lines)
+    assert path.read_bytes() == b"a\nb\nc\nd"
+
+
 WRITERS = {
     "file": lambda path: write_file(path, "new"),
+    "more of a file": lambda path: append_whole(path, b"new"),
     "private": lambda path: write_private(path, "new"),
     "directory": make_directory,
     "file in a directory": lambda path: write_file(path / "x", "new"),

@@ -141,6 +141,24 @@ def write_file(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
         draft.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
+def append_whole(path: Path, lines: bytes) -> None:
+    """Append lines to a file, on a new line, and force them to the disk; if not all can be written, none stays."""
+    if not lines:
+        return
+    refuse_links(path)
+    with writing(path), path.open("a+b", buffering=0) as file:
+        end = file.seek(0, os.SEEK_END)
+        if end and os.pread(file.fileno(), 1, end - 1) != b"\n":
+            lines = b"\n" + lines
+        try:
+            while lines:
+                lines = lines[file.write(lines) :]
+            os.fsync(file.fileno())
+        except OSError:
+            file.truncate(end)
+            raise
+
+
 def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> None:
     """Write a file, as :func:`write_file` does, into a directory that is made for this user alone if it is missing."""
     make_directory(path.parent, mode=0o700)
