@@ -166,7 +166,7 @@ REFUSED = {
     **{f"{name}: got 3, expected": partial(wrapped, [partial(LIE, **{name: 3})]) for name in ("at", "tell")},
     "agent: got '.ud800', expected a text": lambda: WRITE(Switches(), path="e", agent="\ud800"),
     **{f"seed: got {seed!r}, expected": partial(played, wrapped([LIE]), [], seed) for seed in ("a", 1.7, -1)},
-    "score: got 7, expected": lambda: played(WRITE(gymnasium.make(NAME), path="e", score=lambda _: 7), [0] * 1000),
+    "score: got 7, expected": lambda: played(WRITE(gymnasium.make(NAME), path="x/e", score=lambda _: 7), [0] * 1000),
 }
 
 
