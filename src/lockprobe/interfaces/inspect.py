@@ -176,8 +176,6 @@ def logged_samples(path: Path) -> Iterator[dict[str, Any]]:
     try:
         _refuse_large(path)
         log = read_eval_log(str(path), resolve_attachments=False)
-    except BadFile:
-        raise
     except Exception as error:  # noqa: BLE001  whatever a reader that is not ours makes of a file that is no log
         raise BadFile(path, f"not a log of Inspect ({kind_and_words(error)})") from None
     number, said = value_to_float(), " ".join(f"{name}={value}" for name, value in sorted(log.eval.task_args.items()))
@@ -205,6 +203,5 @@ def _refuse_large(path: Path) -> None:
             entry.file_size = 1 << 62
             with archive.open(entry) as file:
                 while read := len(file.read(1 << 20)):
-                    size += read
-                    if size > LARGEST_INPUT:
-                        raise BadFile(path, f"larger than {LARGEST_INPUT} bytes when it is unpacked")
+                    if (size := size + read) > LARGEST_INPUT:
+                        raise ValueError(f"larger than {LARGEST_INPUT} bytes when it is unpacked")

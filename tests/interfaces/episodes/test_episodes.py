@@ -74,15 +74,15 @@ WRONG = [
     (".jsonl", "[1]\n", "", "line 1: not a JSON object"),
     (".jsonl", '{"score": NaN}\n', "", "line 1, column score: got nan, expected a number from 0 to 1"),
     (".jsonl", '{"agent": ["a"]}\n', "", "line 1, column agent: got ['a'], expected a text"),
-    (".jsonl", '{"task": "t", "step": 1}\n{"task": "t", "step": 1}\n', "", "line 2: got again the step of line 1, expected each once"),
-    (".csv", "agent,agent\na,b\n", "", "column agent: got it twice, expected each column once"),
-    (".csv", "agent;solved\na;1\n", "", "got the columns agent;solved, expected at least 1 of agent, condition"),
-    (".csv", "model,progression\na,1\n", 'preset = "balrog"', "expected at least 2 of model_id, agent, num_steps, prog"),
+    (".jsonl", '{"task": "t", "step": 1}\n{"task": "t", "step": 1}\n', "", "line 2: got step 1 of an episode after line 1, expected step 2"),
+    (".csv", "agent,agent\na,b\n", "", "got a column twice, expected each once: agent, agent"),
+    (".csv", "agent;solved\na;1\n", "", "got the columns agent;solved, expected 1 or more of agent, condition"),
+    (".csv", "model,progression\na,1\n", 'preset = "balrog"', "expected 2 or more of model_id, agent, num_steps, prog"),
     (".csv", "agent,actions\na," + "[" * 200_000, "", "line 2, column actions: got '[[["),
     (".jsonl", '{"agent": "\\ud800"}\n', "", r"line 1, column agent: got '\ud800', expected a text of at most"),
     (".jsonl", '[["agent", "a"]]\n', "", "line 1: not a JSON object"),
-    (".csv", "task,step\nt,4\nt,1\nt,2\n", "", "line 2: got step 4, expected step 3 of its episode: rows are missing"),
-    (".csv", "task,step\nt,2\nt,3\n", "", "line 2: got step 2, expected step 1 of its episode"),
+    (".csv", "task,step\nt,4\nt,1\nt,2\n", "", "line 2: got step 4 of an episode after line 4, expected step 3"),
+    (".csv", "task,step\nt,2\nt,3\n", "", "line 2: got step 2 of an episode, expected step 1"),
     (".parquet", b"PAR1 rubbish PAR1", "", "not Parquet"),
     (".eval", b"rubbish", "", "not a log of Inspect"),
     (".eval", bomb(), "", "larger than 268435456 bytes when it is unpacked"),
@@ -141,7 +141,7 @@ def test_an_episode_of_steps_that_is_cut_off_is_no_failure_and_the_other_file_is
     (tmp_path / "x.csv").write_text("task,step,solved\na,0,0\na,1,\nb,0,1\nb,1,\nc,0,\nc,1,0\n")
     assert str(read_episodes([tmp_path / "x.csv"], "").solved.tolist()) == "[nan, 1.0, 0.0]"
     (tmp_path / "y.csv").write_text("task,step,solved\nb,1,yes\n")
-    with pytest.raises(UserMistake, match=r"y.csv: line 2: got again the step of line 5 of .*x.csv, expected"):
+    with pytest.raises(UserMistake, match=r"y.csv: line 2: got step 1 of an episode after line 5 of .*x.csv, expected"):
         read_episodes([tmp_path / "x.csv", tmp_path / "y.csv"], "")
 
 

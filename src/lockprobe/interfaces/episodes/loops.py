@@ -83,10 +83,10 @@ def looped_before(episodes: Episodes, at: Codes, onsets: Codes, cluster: Codes) 
     It is a Mantel-Haenszel test over steps, the log-rank test of a feature that begins when the first loop is complete.
     Its value is the ratio of both rates. ``at`` are places of episodes; onsets and clusters are theirs.
     """
-    most = max(1, _AT_ONCE // len(at))
-    last = np.minimum(episodes.steps[at].astype(np.int64), most)
-    solved = (episodes.solved[at] > 0) & (episodes.steps[at] <= most) & (last > 0)
-    begun = (onsets[:, None] > 0) & (onsets[:, None] < np.arange(1, int(last.max(initial=0)) + 1))
+    steps, solved = episodes.steps[at], (episodes.solved[at] > 0) & (episodes.steps[at] > 0)
+    moments = np.unique(steps[solved])[: max(1, _AT_ONCE // len(at))]  # steps without an event tell nothing
+    last, solved = np.searchsorted(moments, steps, side="right"), solved & np.isin(steps, moments)
+    begun = (onsets[:, None] > 0) & (onsets[:, None] < moments)
     found = excess(begun.astype(np.float64), last, solved, cluster)
     after = int(begun[solved, last[solved] - 1].sum())
     before, expected = int(solved.sum()) - after, after - found.total

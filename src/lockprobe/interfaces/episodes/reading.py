@@ -12,7 +12,7 @@ import io
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -23,11 +23,8 @@ from lockprobe.foundation.errors import BadFile, UnknownName, needing
 from lockprobe.foundation.inputs import LARGEST_INPUT, read_input, read_toml
 from lockprobe.interfaces.episodes.frame import Array, Codes, Episodes, combined, position
 
-MOST_ROWS, MOST_NAMES, _LONGEST = 1_000_000, 30, 1000
-"""Rows of all files; agents, and conditions, that one page compares; characters of a name."""
-
-_AT_ONCE, _MOST_VALUES = 1000, 1 << 25
-"""Rows of Parquet that are unpacked together; values of one of its columns, of which a list of actions has many."""
+MOST_ROWS, MOST_NAMES, _LONGEST, _MOST_VALUES = 1_000_000, 30, 1000, 1 << 25
+"""Rows of all files; agents, and conditions, that one page compares; characters of a name; values in Parquet."""
 
 PRESETS = {
     "inspect": "",
@@ -48,18 +45,13 @@ def _name(cell: Any) -> str:
     return sys.intern(name)
 
 
-_MARKS = {"true": 1, "yes": 1, "false": 0, "no": 0}
-
-
-def _number(*, most: float = 1.0, whole: bool = False) -> Callable[[Any], float]:
-    @lru_cache(100_000, typed=True)
-    def parse(cell: Any) -> float:
-        value = float(_MARKS.get(cell.lower(), cell) if isinstance(cell, str) else cell)
-        if not 0 <= value <= most or (whole and value != int(value)):
-            raise ValueError
-        return value
-
-    return parse
+@lru_cache(100_000, typed=True)
+def _number(cell: Any, *, most: float = 1.0, whole: bool = False) -> float:
+    words = {"true": 1, "yes": 1, "false": 0, "no": 0}
+    value = float(words.get(cell.lower(), cell) if isinstance(cell, str) else cell)
+    if not 0 <= value <= most or (whole and value != int(value)):
+        raise ValueError
+    return value
 
 
 def _actions(cell: Any) -> tuple[str, ...]:
@@ -77,10 +69,10 @@ _TEXTS = ("agent", "condition", "task", "seed", "episode")
 
 COLUMNS: Mapping[str, tuple[Callable[[Any], Any], str]] = {
     **dict.fromkeys((*_TEXTS, "action", "told"), _TEXT),
-    "step": (_number(most=1e9), "a number from 0"),
-    **dict.fromkeys(("solved", "told_falsely"), (_number(whole=True), "0 or 1, true or false, yes or no")),
-    "score": (_number(), "a number from 0 to 1"),
-    "steps": (_number(most=1e9, whole=True), "a whole number from 0"),
+    "step": (partial(_number, most=1e9), "a number from 0"),
+    **dict.fromkeys(("solved", "told_falsely"), (partial(_number, whole=True), "0 or 1, true or false, yes or no")),
+    "score": (_number, "a number from 0 to 1"),
+    "steps": (partial(_number, most=1e9, whole=True), "a whole number from 0"),
     "actions": (_actions, "a JSON list of texts, or words with spaces between"),
 }
 """All columns that a file may have, under these names or others: what their cells are read with, and have to be."""
@@ -98,7 +90,7 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
         UnknownName: If a preset, a column of ours, or one that is named of the file, does not exist.
         Missing: If what reads the file is not installed.
     """
-    names, constants, named, (hoped, fewest) = _mapped(asked)
+    names, constants, named, hoped = _mapped(asked)
     cells, places, every = {name: list[Any]() for name in COLUMNS}, list[tuple[Path, int]](), dict[str, Any]()
     columns = [(cells[name], names[name], constants.get(name), kind) for name, kind in COLUMNS.items()]
     for path in paths:
@@ -118,8 +110,9 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
                     said = f"line {number}, column {column}: got {cell!r:.80}, expected {expected}"
                     raise BadFile(path, said) from None
         every |= there
+        fewest = 1 if len(hoped) == len(COLUMNS) else 2  # one of a preset may be there by chance
         if len(places) > began and len(there.keys() & hoped) < fewest:
-            expected = f"at least {fewest} of {', '.join(hoped)}; --map says which column is which"
+            expected = f"{fewest} or more of {', '.join(hoped)}; --map says which column is which"
             raise BadFile(path, f"got the columns {', '.join(there)}, expected {expected}")
     if not places:
         raise BadFile(paths[0], "got no row, expected an episode")
@@ -128,12 +121,8 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
     return _made(cells, places)
 
 
-def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str], tuple[list[str], int]]:
-    """Which column is which: ours -> that of the file; ours -> what every row has; columns of the file, named; others.
-
-    These are columns of the file of which at least so many have to be there: one of all, or two of a preset, of which
-    one may be there by chance.
-    """
+def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str], list[str]]:
+    """Our column -> that of the file; our column -> what all rows have; columns that are named; all, or a preset's."""
     written = {"preset": asked} if asked in PRESETS else read_toml(Path(asked)) if asked else {}
     if (preset := str(written.pop("preset", "inspect"))) not in PRESETS:
         raise UnknownName("preset", preset, PRESETS)
@@ -150,9 +139,8 @@ def _mapped(asked: str) -> tuple[dict[str, str], dict[str, str], list[str], tupl
                 constants[name] = str(constant)
             case _:
                 raise BadFile(asked, f"{name}: got {value!r}, expected the name of a column, or {{ constant = VALUE }}")
-    hoped = [names[name] for name in own or COLUMNS if name not in constants]
     named = [value for value in written.values() if isinstance(value, str)]
-    return names, constants, named, (hoped, min(len(hoped), 2 if own else 1))
+    return names, constants, named, [names[name] for name in own or COLUMNS]
 
 
 def _text(path: Path) -> str:
@@ -167,7 +155,8 @@ def _text(path: Path) -> str:
 def _csv_rows(path: Path) -> Rows:
     reader, most = csv.reader(io.StringIO(_text(path), newline=""), strict=True), csv.field_size_limit(LARGEST_INPUT)
     try:
-        names = _once(path, next(reader, []))
+        if len({*(names := next(reader, []))}) < len(names):
+            raise BadFile(path, f"got a column twice, expected each once: {', '.join(names)}")
         for cells in filter(None, reader):
             if len(cells) != len(names):
                 raise BadFile(path, f"line {reader.line_num}: got more or fewer cells than columns, expected one each")
@@ -176,12 +165,6 @@ def _csv_rows(path: Path) -> Rows:
         raise BadFile(path, f"line {reader.line_num}: not CSV ({error})") from None
     finally:
         csv.field_size_limit(most)
-
-
-def _once(path: Path, names: Sequence[str]) -> Sequence[str]:
-    if again := [name for i, name in enumerate(names) if name in names[:i]]:
-        raise BadFile(path, f"column {again[0]}: got it twice, expected each column once")
-    return names
 
 
 def _json_rows(path: Path) -> Rows:
@@ -199,17 +182,16 @@ def _parquet_rows(path: Path) -> Rows:
         arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
     try:
         file = parquet.ParquetFile(io.BytesIO(content))
-        _once(path, file.schema_arrow.names)
+        if len({*(names := file.schema_arrow.names)}) < len(names):
+            raise BadFile(path, f"got a column twice, expected each once: {', '.join(names)}")
         groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
-        parts = [[group.column(i) for i in range(group.num_columns)] for group in groups]
-        sizes = [abs(part.total_uncompressed_size) for group in parts for part in group]
-        values = [sum(abs(part.num_values) for part in column) for column in zip(*parts, strict=True)]
-        rows = max(file.metadata.num_rows, sum(abs(group.num_rows) for group in groups))
-        if rows > MOST_ROWS or sum(sizes) > LARGEST_INPUT or max(values, default=0) > _MOST_VALUES:
-            said = f"{MOST_ROWS} rows, {_MOST_VALUES} values of a column, and {LARGEST_INPUT} bytes when it is unpacked"
+        parts = [group.column(i) for group in groups for i in range(group.num_columns)]
+        rows, values = max(one.num_rows for one in (file.metadata, *groups)), sum(abs(one.num_values) for one in parts)
+        size = sum(abs(one.total_uncompressed_size) for one in parts)
+        if rows > MOST_ROWS or values > _MOST_VALUES or size > LARGEST_INPUT:
+            said = f"{MOST_ROWS} rows, {_MOST_VALUES} cells, and {LARGEST_INPUT} bytes when it is unpacked"
             raise BadFile(path, f"expected at most {said}")
-        batches = file.iter_batches(batch_size=_AT_ONCE)
-        yield from enumerate((row for batch in batches for row in batch.to_pylist()), 1)
+        yield from enumerate((row for batch in file.iter_batches(1000) for row in batch.to_pylist()), 1)
     except (arrow.ArrowException, OSError) as error:
         raise BadFile(path, f"not Parquet ({error})") from None
 
@@ -235,17 +217,15 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
     solved, score, steps, step = (np.array(cells[name], dtype=float) for name in ("solved", "score", "steps", "step"))
     there, key = {name for name, own in cells.items() if own.count(None) < len(own)}, combined(*coded.values())
     of_steps = bool(there & {"step", "action"})
-    once = key if not of_steps else combined(key, np.unique(step, return_inverse=True)[1].reshape(-1))
-    judged = there & ({"step"} if of_steps else {"seed", "episode"})
-    for row in np.flatnonzero(position(once))[:1].tolist() if judged else ():
-        (path, line), (other, earlier) = places[row], places[int(np.argmax(once == once[row]))]
-        what = "step of line {}" if of_steps else "episode of line {} (a column episode tells several apart)"
-        of = f"{earlier} of {other}" if other != path else earlier
-        raise BadFile(path, f"line {line}: got again the {what.format(of)}, expected each once")
+    for row in np.flatnonzero(position(key))[:1].tolist() if not of_steps and there & {"seed", "episode"} else ():
+        earlier = _line(places[int(np.argmax(key == key[row]))], places[row][0])
+        said = f"got again the episode of {earlier} (a column episode tells several apart), expected each once"
+        raise BadFile(places[row][0], f"line {places[row][1]}: {said}")
     first, actions = np.arange(len(key)), [did or () for did in cells["actions"]]
     if of_steps:
-        order = np.lexsort((np.where(np.isnan(step), np.arange(len(key)), step), key))
-        _refuse_gaps(key[order], step[order], [places[row] for row in order])
+        order = np.lexsort((step if "step" in there else np.arange(len(key)), key))
+        if "step" in there:
+            _refuse_gaps(key[order], step[order], [places[row] for row in order])
         first, solved, score, steps, actions = _joined(key, order, solved, score, cells["action"])
     steps = np.where(np.isnan(steps), [len(did) or np.nan for did in actions], steps)
     if np.isnan(solved).all() and np.isin(score[~np.isnan(score)], (0, 1)).all():
@@ -259,14 +239,18 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
     )  # fmt: skip
 
 
+def _line(place: tuple[Path, int], here: Path) -> str:
+    return f"line {place[1]}" + f" of {place[0]}" * (place[0] != here)
+
+
 def _refuse_gaps(key: Codes, step: Array, places: Sequence[tuple[Path, int]]) -> None:
-    """Refuse rows, in the order of episodes and steps, between which some are missing: loops would not be theirs."""
+    """Refuse rows, in the order of episodes and steps, that do not follow on: loops and lengths would not be theirs."""
     same = np.r_[False, key[1:] == key[:-1]]
-    due = np.where(same, np.r_[0, step[:-1]] + 1, np.minimum(step, 1))  # the first is 0 or 1
-    for row in np.flatnonzero(np.abs(step - due) > 0)[:1].tolist():
+    due = np.where(same, np.r_[0, step[:-1]] + 1, np.fmin(step, 1))  # the first is 0 or 1
+    for row in np.flatnonzero(step != due)[:1].tolist():
         path, line = places[row]
-        said = f"got step {step[row]:g}, expected step {due[row]:g} of its episode: rows are missing"
-        raise BadFile(path, f"line {line}: {said}")
+        after = f" after {_line(places[row - 1], path)}" * bool(same[row])
+        raise BadFile(path, f"line {line}: got step {step[row]:g} of an episode{after}, expected step {due[row]:g}")
 
 
 def _joined(
