@@ -14,5 +14,10 @@ def test_it_reports_a_file_and_replaces_no_study(lockprobe, tmp_path, monkeypatc
     assert lockprobe("report", mazes, "--first", "8")[1].startswith("Report: mazes-report/report.html\nAnswer: ")
     assert "cannot be combined with a file of episodes" in lockprobe("report", mazes, "--paper")[2]
     assert "none.csv: cannot be read" in lockprobe("report", "none.csv")[2]
+    Path("mazes-report/tables/agents,_score.csv").write_text("old")
+    assert lockprobe("report", mazes)[0] == 0
+    assert not Path("mazes-report/tables/agents,_score.csv").exists()
+    Path("report.html").write_text("mine")
+    assert "report.html: is not of a report of episodes" in lockprobe("report", mazes, "--out", ".")[2]
     Path("study.json").write_text("{}")
     assert "holds a study" in lockprobe("report", mazes, "--out", ".")[2]

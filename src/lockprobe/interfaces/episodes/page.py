@@ -49,6 +49,9 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
     """
     if (out / SETTINGS).exists():
         raise BadFile(out, "holds a study, whose report would be replaced: give another --out")
+    old = [name for name in (RESULTS, PAGE) if (out / name).exists()]
+    if old and (old[0] == PAGE or b'\n "settings_hash": "",' not in read_input(out / RESULTS)):
+        raise BadFile(out / old[0], "is not of a report of episodes, and would be replaced: give another --out")
     episodes = read_episodes(paths, columns)
     digest = hashlib.sha256(b"".join(hashlib.sha256(read_input(path)).digest() for path in paths)).hexdigest()
     found = results_of(episodes, first, name=listed([path.name for path in paths], named=3), digest=digest)
@@ -70,6 +73,10 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
     for name, content in written.items():
         make_directory((out / name).parent)
         write_file(out / name, content)
+    asked = _TEXTS["questions"].items()
+    could = [f"tables/{one.replace(' ', '_')}.csv" for key, text in asked for one in (key, *text.get("families", ()))]
+    for name in {*could, f"figures/{_FIGURE.name}.svg"} - written.keys() if old else ():
+        (out / name).unlink(missing_ok=True)  # of a question that is not asked now
     return found
 
 
