@@ -84,9 +84,8 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
     Lines of Parquet and of logs are their rows, from 1.
 
     Raises:
-        BadFile: If a file is too large, is not what its name says, has no column that is known, or of a preset less
-            than two, or holds no episode, or a cell is not what its column has to have, or an episode or a step is
-            there twice, or steps are missing.
+        BadFile: If a file is too large, is not what its name says, has no known column or holds no episode, or a cell
+            is not what its column has to have, or an episode or a step is there twice, or a step is missing.
         UnknownName: If a preset, a column of ours, or one that is named of the file, does not exist.
         Missing: If what reads the file is not installed.
     """
@@ -223,9 +222,9 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
         raise BadFile(places[row][0], f"line {places[row][1]}: {said}")
     first, actions = np.arange(len(key)), [did or () for did in cells["actions"]]
     if of_steps:
-        order = np.lexsort((step if "step" in there else np.arange(len(key)), key))
-        if "step" in there:
-            _refuse_gaps(key[order], step[order], [places[row] for row in order])
+        step = step if "step" in there else position(key).astype(np.float64)
+        order = np.lexsort((step, key))
+        _refuse_gaps(key[order], step[order], [places[row] for row in order])
         first, solved, score, steps, actions = _joined(key, order, solved, score, cells["action"])
     steps = np.where(np.isnan(steps), [len(did) or np.nan for did in actions], steps)
     if np.isnan(solved).all() and np.isin(score[~np.isnan(score)], (0, 1)).all():
