@@ -249,7 +249,8 @@ def _refuse_gaps(key: Codes, step: Array, places: Sequence[tuple[Path, int]]) ->
     for row in np.flatnonzero(step != due)[:1].tolist():
         path, line = places[row]
         after = f" after {_line(places[row - 1], path)}" * bool(same[row])
-        raise BadFile(path, f"line {line}: got step {step[row]:g} of an episode{after}, expected step {due[row]:g}")
+        expected = f"step {due[row]:g} (without a column of steps rows count as they come)"
+        raise BadFile(path, f"line {line}: got step {step[row]:g} of an episode{after}, expected {expected}")
 
 
 def _joined(
