@@ -106,6 +106,11 @@ def test_a_file_of_more_rows_than_a_page_can_say_is_refused(tmp_path, monkeypatc
     (tmp_path / "x.csv").write_text("agent\na\nb\nc\n")
     with pytest.raises(UserMistake, match="line 4: got more than 2 rows"):
         read_episodes([tmp_path / "x.csv"], "")
+    monkeypatch.setattr("lockprobe.interfaces.episodes.reading._MOST_VALUES", 2)
+    arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    parquet.write_table(arrow.Table.from_pylist([{"actions": ["a", "b", "c"]}]), tmp_path / "x.parquet")
+    with pytest.raises(UserMistake, match="expected at most 2 rows, 2 cells"):
+        read_episodes([tmp_path / "x.parquet"], "")
 
 
 def test_rows_of_episodes_and_of_steps_in_every_kind_of_file_say_the_same(mazes, tmp_path):
