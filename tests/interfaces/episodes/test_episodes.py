@@ -352,7 +352,7 @@ def test_answers_say_of_what_they_are_in_which_unit_and_who_is_worse(tmp_path):
     page = (tmp_path / "out/report.html").read_text("utf-8").replace("&nbsp;", " ").replace("\N{NO-BREAK SPACE}", " ")
     assert "Success: 19 % to 74 %; score: 0.186 to 0.743." in page
     for what, size in (("Success, points", "52"), ("score", "0.525")):
-        assert f"{what}: 1 of 1 differences detected, most clearly bad below good: \N{MINUS SIGN}{size} [" in page
+        assert f"{what}: a difference detected, most clearly bad below good: \N{MINUS SIGN}{size} [" in page
     assert found.where("score_difference")[0].test == "larger P of t over tasks, from five on, and t of pairs"
 
 

@@ -154,8 +154,9 @@ def _said(rows: Sequence[Estimate], families: dict[str, str], table: Sequence[Se
             who, other = ", ".join(filter(None, (row.agent, row.condition))), row.versus or row.control
             way = "below" if row.value is not None and row.value < (row.unit == "ratio") else "above"
             most = f", most clearly {who}{f' {way} {other}' * bool(other)}: {entry_text(row)}"
-        many = f"{len(clear) or 'none'} of {len(judged)} differences detected{most}" if judged else "too few tasks"
-        yield f"{families[family]}: {many}"
+        one = "a difference" if clear else "no difference"
+        many = f"{len(clear) or 'none'} of {len(judged)} differences" if len(judged) > 1 else one
+        yield f"{families[family]}: {f'{many} detected{most}' if judged else 'too few tasks'}"
     for heading, *cells in () if rows else zip(*table, strict=True):
         numbers = sorted((one for one in cells if isinstance(one, Estimate)), key=lambda one: one.value or 0.0)
         if ends := dict.fromkeys(entry_text(alone(one)) for one in (*numbers[:1], *numbers[-1:])):
