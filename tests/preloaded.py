@@ -8,7 +8,7 @@ COMMANDS = (
     "box", "doctor", "export", "import_", "list_", "loops", "mcp", "play", "power", "replay", "report", "run",
     "run_study", "serve", "status",
 )  # fmt: skip
-MORE = ("agents.llm.model", "interfaces.mcp", "people.web.app", "report.page", "simulation.power")
+MORE = ("agents.llm.model", "interfaces.mcp", "people.web.app", "report.page", "studies.power")
 
 for name in (*(f"cli.{command}" for command in COMMANDS), *MORE):
     with suppress(ImportError):

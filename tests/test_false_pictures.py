@@ -13,8 +13,8 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import read_condition
+from lockprobe.interventions.modality import interventions_for
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.loop import play
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.plan import Plan

@@ -20,9 +20,9 @@ from lockprobe.boxes.solve import difficulty, optimum
 from lockprobe.interventions.flip import DEFAULT
 from lockprobe.simulation.exact import propagate
 from lockprobe.simulation.kernel import population
-from lockprobe.simulation.power import Clusters, power
 from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
+from lockprobe.studies.power import Clusters, power
 
 ROOT = Path(__file__).parents[1]
 DIFFICULT = ("chain-4", "fork", "reset", "gray-code")

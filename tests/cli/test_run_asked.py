@@ -135,17 +135,23 @@ class Here:
     def processors(self):
         return 2
 
-    def each(self, begin, jobs, *, at_once):
+    def __init__(self):
+        self.played = 0
+
+    def each(self, begin, jobs):
         work = begin()
-        return ((job, work(job)) for job in jobs)
+        for self.played, job in enumerate(jobs, 1):
+            yield job, work(job)
 
 
 def test_a_study_is_played_on_a_cluster_and_an_estimate_needs_none(lockprobe, monkeypatch):
-    connected = []
-    monkeypatch.setattr(Cluster, "connect", lambda address: (connected.append(address), nullcontext(Here()))[1])
-    asked = ("run", "flips", "--agent", "human-inspired", *RATES, "--trials", "2", "--no-report", "--out")
+    connected, cluster = [], Here()
+    monkeypatch.setattr(Cluster, "connect", lambda address: (connected.append(address), nullcontext(cluster))[1])
+    conditions = ("--condition", "tremble?p=0.2", "--condition", "nudge")  # which the kernel does not know
+    asked = ("run", "flips", "--agent", "human-inspired", *conditions, "--trials", "2", "--no-report", "--out")
     status, _, told = lockprobe(*asked, "there", "--cluster", "head:6399")
     assert (status, connected) == (0, ["head:6399"])
+    assert cluster.played > 0
     assert told.startswith("Cluster: 2 processors\n")
     assert lockprobe(*asked, "here")[0] == 0
     here, there = (lockprobe("export", name, "--table", "records", "--format", "jsonl") for name in ("here", "there"))

@@ -9,8 +9,8 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import read_condition
+from lockprobe.interventions.modality import interventions_for
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.modality import interventions_for
 from lockprobe.trial.loop import play
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Decision

@@ -15,8 +15,8 @@ from lockprobe.cli.printing import print_rows, time_left
 from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.workers import Processes
-from lockprobe.simulation.power import PAPER, TARGET, Clusters, Effect, Needed, conditions_of
-from lockprobe.simulation.power import power as simulated
+from lockprobe.studies.power import PAPER, TARGET, Clusters, Effect, Needed, conditions_of
+from lockprobe.studies.power import power as simulated
 
 _WHAT = "why: a study of controls; a study file: its conditions, and how many agents; trials per condition (flips)."
 _SUCCESS = (

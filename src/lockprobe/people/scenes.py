@@ -12,10 +12,10 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.foundation.errors import LockprobeError
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.interventions.modality import is_pictured, shown
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.diary import LONGEST_ANSWER, Act, Answers, Diary
 from lockprobe.people.experiment import Experiment, Longer, OneRight, Question, Words, filled
-from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Plan

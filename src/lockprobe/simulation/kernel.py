@@ -1,7 +1,7 @@
-"""The kernel: boxes and policies as arrays with one row a trial, for as many trials as asked, without records.
+"""The kernel: boxes and policies as arrays with one row a trial, for as many trials as asked.
 
 It is the loop of :mod:`lockprobe.trial.loop` on arrays, for a box that follows its rules and reports on which nothing
-but flips acts. Positions are numbers with one bit a joint: configurations in the order of the panel, what is told in
+but one flip acts. Positions are numbers with one bit a joint: configurations in the order of the panel, what is told in
 the order in which a trial lists the joints. Trial i of a population equals that of :func:`lockprobe.run_trial`, alone
 or among a million, since luck has addresses (:mod:`lockprobe.trial.luck`).
 """
@@ -12,7 +12,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,16 +28,20 @@ from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import blind
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
+from lockprobe.interventions.modality import shown
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.statistics.loops import onset_batch
-from lockprobe.studies.modality import shown
 from lockprobe.trial.labels import drawn_orders, orders_of_study
 from lockprobe.trial.luck import numbers
-from lockprobe.trial.record import LONGEST_TRIAL, STATES
+from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.record import LONGEST_TRIAL, STATES, Outcome
 from lockprobe.trial.source import source_of
 
 MOST_STEPS = 1_000_000_000
 """Three bytes each are kept."""
+
+_MOST = 100_000
+"""Minds that are kept for later trials: those of some policies are never the same twice."""
 
 PIECE = 8_192
 """Trials played at once: their numbers fit into the processor's cache."""
@@ -104,6 +108,17 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
     return found
 
 
+def flip_alone(acting: Sequence[Intervention], plant: str) -> OutcomeFlip | None:
+    """The flip of all reports alike, at rate 0 without one, if nothing else acts in trials in words on this plant.
+
+    With it the rules of the box and the law of false reports are the whole trial; None if they are not.
+    """
+    flips = (one for one in acting if type(one) is OutcomeFlip and one == one.at_rate(one.p))
+    flip = next(flips, OutcomeFlip())
+    alone = all(one is flip or type(one) is TextChannel for one in acting)
+    return flip if alone and plant == "symbolic" else None
+
+
 class Boxes:
     """Boxes of one structure, one a row: where their joints are, and what was told last.
 
@@ -145,29 +160,35 @@ class Minds:
     """The memories that a policy has had so far, by number: what each chooses, and what reports make of it.
 
     Many trials share a memory, so the policy is asked once for all of them.
+
+    ``policy`` is what it is asked, ``world`` where it plays.
     """
 
     def __init__(self, policy: Policy[Any], world: World) -> None:
-        self._policy, self._world, self._joints = policy, world, world.space.joints
+        self.policy, self.world, self._joints = policy, world, world.space.joints
         self._minds: list[tuple[View, Hashable]] = []
         self._chances: list[tuple[float, ...]] = []  # of each joint
         self._numbers: dict[tuple[View, Hashable], int] = {}
         self._after: dict[int, int] = {}
+        self._claims: dict[int, Outcome | None] = {}
 
     def begin(self, orders: Whole) -> Whole:
-        """The mind before the first step of each row."""
-        panel = self._policy.heeds_panel
-        seen = orders if panel else np.argmax(orders == self._world.space.target, axis=1)[:, None]
+        """The mind before the first step of each row. Of many trials before, those of which no trial goes on may go."""
+        if len(self._minds) > _MOST:
+            for known in (self._minds, self._chances, self._numbers, self._after, self._claims):
+                known.clear()
+        panel = self.policy.heeds_panel
+        seen = orders if panel else np.argmax(orders == self.world.space.target, axis=1)[:, None]
         _, first, rows = np.unique(seen, axis=0, return_index=True, return_inverse=True)
-        views = [self._world.view(tuple(order), panel=panel) for order in orders[first].tolist()]
-        begun = np.array([self._number(view, self._policy.begin(view)) for view in views])
+        views = [self.world.view(tuple(order), panel=panel) for order in orders[first].tolist()]
+        begun = np.array([self._number(view, self.policy.begin(view)) for view in views])
         return begun[rows.reshape(-1)]
 
     def _number(self, view: View, memory: Hashable) -> int:
         number = self._numbers.setdefault((view, memory), len(self._minds))
         if number == len(self._minds):
             self._minds.append((view, memory))
-            self._chances.append(self._policy.chances(view, memory))
+            self._chances.append(self.policy.chances(view, memory))
         return number
 
     def chances(self, minds: Whole) -> NDArray[np.float64]:
@@ -182,16 +203,26 @@ class Minds:
 
     def remember(self, minds: Whole, places: Whole, moved: Flags, shifted: Whole) -> Whole:
         """The minds after reports: whether the joint moved as told, and the joints told away from their start."""
-        heard = ((minds * self._joints + places) * 2 + moved << self._joints) + shifted
+        heard = self._report(minds, places, moved, shifted)
         _, first, rows = np.unique(heard, return_index=True, return_inverse=True)
         reports = (one[first].tolist() for one in (heard, minds, places, moved, shifted))
         for report, mind, joint, said, away in zip(*reports, strict=True):
             if report not in self._after:
                 view, memory = self._minds[mind]
-                shown = None if self._world.tell == "outcome" else away
-                told = Told(joint=joint, moved=said, shifted=shown, states_only=self._world.states_only)
-                self._after[report] = self._number(view, self._policy.remember(view, memory, told))
+                shown = None if self.world.tell == "outcome" else away
+                told = Told(joint=joint, moved=said, shifted=shown, states_only=self.world.states_only)
+                after = self.policy.remember(view, memory, told)
+                self._after[report] = self._number(view, after)
+                self._claims[report] = self.policy.claim(after, told)
         return np.array([self._after[report] for report in heard[first].tolist()], np.int64)[rows]
+
+    def claim(self, mind: int, place: int, moved: bool, shifted: int) -> Outcome | None:
+        """What is said, after a report that a mind remembered, of the attempt that it is of."""
+        return self._claims[self._report(mind, place, moved, shifted)]
+
+    def _report(self, minds: Any, places: Any, moved: Any, shifted: Any) -> Any:
+        """A report as a number, or reports as an array, with the mind that gets it."""
+        return ((minds * self._joints + places) * 2 + moved << self._joints) + shifted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -199,18 +230,18 @@ class Population:
     """The outcomes of many trials of one agent under one condition; columns have one row per trial.
 
     Attributes:
+        world: The box, its reports and the budget.
         solved, steps: Whether the target moved, and the steps played, shape (trials,).
         actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
         moved, told_moved: Whether each joint moved, and is reported to have, the same shape; False after the end.
-        world: The box, its reports and the budget.
     """
 
+    world: World
     solved: Flags
     steps: NDArray[np.int32]
     actions: NDArray[np.int8]
     moved: Flags
     told_moved: Flags
-    world: World
 
     def __len__(self) -> int:
         return len(self.solved)
@@ -274,46 +305,83 @@ def population(
         raise BadValue("flip", flip, "a flip of every report; propagate takes one of some reports too")
     if trials * max_steps > MOST_STEPS:
         raise BadValue("steps of all trials", trials * max_steps, f"at most {MOST_STEPS}")
-    rows = (np.arange(first, min(first + PIECE, trials + 1)) for first in range(1, trials + 1, PIECE))
-    parts = [_played(policy, world, shuffle, seed, repetition, one) for one in rows]
-    solved, steps, actions, moved, told_moved = map(np.concatenate, zip(*parts, strict=True))
-    return Population(solved, steps, actions, moved, told_moved, world)
+    joints, parts = world.space.joints, list[tuple[NDArray[Any], ...]]()
+    for first in range(1, trials + 1, PIECE):
+        now = np.arange(first, min(first + PIECE, trials + 1))
+        if shuffle == "trial":
+            luck = partial(numbers, world.box.name, "labels", seed=seed, repetition=repetition, trial=now)
+            orders = drawn_orders(luck(places=2 * joints))[1]
+        else:
+            order: Sequence[int] = range(joints)
+            if shuffle == "study":
+                order = orders_of_study(frozenset(locking_pairs(world.box)), joints, seed)[1]
+            orders = np.tile(np.array(order), (len(now), 1))
+        parts.append(courses(Minds(policy, world), orders, seed, np.full_like(now, repetition), now)[:_KEPT])
+    return Population(world, *map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _played(
-    policy: Policy[Any], world: World, shuffle: Shuffle, seed: int, repetition: int, trials: Whole
-) -> tuple[NDArray[Any], ...]:
-    """The columns of the trials with these numbers."""
-    flip, space, budget, box = world.flip, world.space, world.budget, world.box
-    shape, rows = (len(trials), budget), np.arange(len(trials))
-    solved, ends = np.zeros(len(trials), bool), np.full(len(trials), budget, np.int32)
-    actions, moves, told_moves = np.full(shape, -1, np.int8), np.zeros(shape, bool), np.zeros(shape, bool)
-    if shuffle == "trial":
-        drawn = numbers(box.name, "labels", seed=seed, repetition=repetition, trial=trials, places=2 * space.joints)
-        orders = drawn_orders(drawn)[1]
-    else:
-        order: Sequence[int] = range(space.joints)
-        if shuffle == "study":
-            order = orders_of_study(frozenset(locking_pairs(box)), space.joints, seed)[1]
-        orders = np.tile(np.array(order), (len(trials), 1))
-    boxes, minds = Boxes(space.may_move, space.start, flip, orders.copy()), Minds(policy, world)
+_KEPT = 5
+"""The columns that a population keeps."""
+
+
+class Courses(NamedTuple):
+    """What happened in trials, one row each: the columns of a :class:`Population`, and what only records hold.
+
+    Attributes:
+        minds: The mind that chose, by number, shape (trials, budget).
+        told: The positions told, in the order of the listing, or what would have been told of them, the same shape.
+        falsely: Whether a report told anything but the truth, the same shape.
+    """
+
+    solved: Flags
+    steps: NDArray[np.int32]
+    actions: NDArray[np.int8]
+    moved: Flags
+    told_moved: Flags
+    minds: Whole
+    told: Whole
+    falsely: Flags
+
+
+def courses(minds: Minds, orders: Whole, seed: int, repetition: Whole, trial: Whole) -> Courses:
+    """Play the trials with these numbers; ``orders`` are the joints as each lists them, shape (trials, joints)."""
+    world, shape, rows = minds.world, (len(trial), minds.world.budget), np.arange(len(trial))
+    flip, space, count = world.flip, world.space, world.flip.numbers(world.space.joints)
+    found = Courses(
+        solved=np.zeros(len(trial), bool),
+        steps=np.full(len(trial), world.budget, np.int32),
+        actions=np.full(shape, -1, np.int8),
+        moved=np.zeros(shape, bool),
+        told_moved=np.zeros(shape, bool),
+        minds=np.zeros(shape, np.int64),
+        told=np.zeros(shape, np.int64),
+        falsely=np.zeros(shape, bool),
+    )
+    boxes = Boxes(space.may_move, space.start, flip, orders.copy())
     start, mind = boxes.told.copy(), minds.begin(orders)
-    for step in range(1, budget + 1):
-        luck = partial(numbers, box.name, seed=seed, repetition=repetition, trial=trials[rows], step=step)
-        places = minds.choose(mind, luck("agent")[:, 0])
-        count = flip.numbers(space.joints)
-        drawn = luck(f"{flip.stream}-0", places=count).T if flip.p else np.ones((count, 1))
-        last = boxes.told[rows]
-        joints, moved, outcome = boxes.attempt(rows, places, drawn)
-        told = boxes.told[rows]
+    chances, drawn = np.empty((0, len(trial))), np.empty((0, len(trial), count))
+    for step in range(1, world.budget + 1):
+        if not len(chances):  # few trials draw for many steps at once
+            ahead = np.arange(step, min(step + max(1, PIECE // rows.size), world.budget + 1))[:, None]
+            luck = partial(
+                numbers, world.box.name, seed=seed, repetition=repetition[rows], trial=trial[rows], step=ahead
+            )
+            chances, drawn = luck("agent")[..., 0], np.ones((len(ahead), rows.size, count))
+            if flip.p:
+                drawn = luck(f"{flip.stream}-0", places=count)
+        places, last = minds.choose(mind, chances[0]), boxes.told[rows]
+        joints, moved, outcome = boxes.attempt(rows, places, drawn[0].T)
+        told, at = boxes.told[rows], (rows, step - 1)
         said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
-        at = (rows, step - 1)
-        actions[at], moves[at], told_moves[at] = joints, moved, said
+        found.actions[at], found.moved[at], found.told_moved[at] = joints, moved, said
+        found.minds[at], found.told[at] = mind, told
+        found.falsely[at] = (told != boxes.positions[rows]) & (world.tell != "outcome")
+        found.falsely[at] |= (outcome != moved) & (not world.states_only)
         done = moved & (joints == space.target)
-        solved[rows[done]], ends[rows[done]] = True, step
+        found.solved[rows[done]], found.steps[rows[done]] = True, step
         on = ~done
-        rows = rows[on]
+        rows, chances, drawn = rows[on], chances[1:, on], drawn[1:, on]
         if not rows.size:
             break
         mind = minds.remember(mind[on], places[on], said[on], told[on] ^ start[rows])
-    return solved, ends, actions, moves, told_moves
+    return found

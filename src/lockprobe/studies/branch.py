@@ -18,11 +18,11 @@ from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.foundation.validation import check_choice, check_whole
 from lockprobe.interventions.conditions import interventions_in, interventions_of
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.modality import interventions_for, is_pictured
 from lockprobe.interventions.told import Correction
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies import FORKS
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.journal import Journal, facts_said, note
 from lockprobe.studies.records.read_records import load
 from lockprobe.studies.records.store import STORE

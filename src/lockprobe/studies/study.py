@@ -27,9 +27,9 @@ from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import AS_WRITTEN, Text, check_number
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip, with_rates
+from lockprobe.interventions.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.design import Design, SeriesArm
-from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.study_options import Repetitions, Seed, Steps, Trials
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.condition import Condition, Contrast

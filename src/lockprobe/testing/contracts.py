@@ -24,9 +24,9 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import settings_of
 from lockprobe.interventions.conditions import interventions_of
+from lockprobe.interventions.modality import is_pictured, shown
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.statistics.measures import Measure, find_measure, measured
-from lockprobe.studies.modality import is_pictured, shown
 from lockprobe.studies.running.single import run_trial
 from lockprobe.testing.trials import make_trial, play_trials
 from lockprobe.trial.condition import PLACES, place_of, spec_of

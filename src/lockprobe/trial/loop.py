@@ -153,7 +153,7 @@ async def play(
             with guarded("plant", plan.plant):
                 await place(loop.plant.close)  # after all that it still does there, if the run is being ended
     changed = Counter(chain.from_iterable(loop.changed[: len(loop.steps)]))
-    return _record(
+    return record_of(
         plan,
         ending,
         fault,
@@ -170,7 +170,7 @@ async def play(
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:
     """The record of a trial that broke before its first step, for example because its process died."""
-    return _record(plan, "error", fault, (), facts={}, channels=(), opening="")
+    return record_of(plan, "error", fault, (), facts={}, channels=(), opening="")
 
 
 _OF_PLAN = (
@@ -180,7 +180,7 @@ _OF_PLAN = (
 """What a record has as its plan has it."""
 
 
-def _record(plan: Plan, ending: Ending, fault: TrialFault | None, steps: tuple[Step, ...], **played: Any) -> Trial:
+def record_of(plan: Plan, ending: Ending, fault: TrialFault | None, steps: tuple[Step, ...], **played: Any) -> Trial:
     """The record of a trial: what its plan says of it, and what was played; a fault is of the step after the last."""
     error: TrialError | None = None
     if fault is not None:
@@ -302,22 +302,20 @@ class _Loop:
             sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
         moved, told = snapshot.outcome == "moved", moment.told
         told_moved, told_state = self._compared(moment, state, moved=moved)
-        step = object.__new__(Step)  # whose constructor takes three times as long, as it is frozen
-        values = {
-            "step": number,
-            "state": self.state,
-            "joint": joints[joint].name,
-            "moved": moved,
-            "told_moved": told_moved,
-            "told_state": told_state,
-            "told": told.text,
-            "decision": decision,
-            "sensed": sensed,
-            "pictures": self._kept(told) if told.pictures else {},
-            "chosen": None if decision.joint == label else joints[labels.index(decision.joint)].name,
-            "remark": briefing.remark,
-        }
-        object.__setattr__(step, "__dict__", values)
+        step = Step.of(
+            step=number,
+            state=self.state,
+            joint=joints[joint].name,
+            moved=moved,
+            told_moved=told_moved,
+            told_state=told_state,
+            told=told.text,
+            decision=decision,
+            sensed=sensed,
+            pictures=self._kept(told) if told.pictures else {},
+            chosen=None if decision.joint == label else joints[labels.index(decision.joint)].name,
+            remark=briefing.remark,
+        )
         self.steps.append(step)
         self.turns = (*self.turns, Turn(percept=report, decision=decision, remark=briefing.remark))
         self.moments, self.state = (*past, moment), state

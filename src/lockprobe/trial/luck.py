@@ -105,6 +105,7 @@ def drawn(
     """The numbers of a stream with these :func:`keys`, as :func:`numbers` gives them."""
     counters = (np.atleast_1d(np.asarray(part, np.uint64)) for part in (trial, step, repetition))
     trials, steps, repetitions = np.broadcast_arrays(*counters)
+    keys = keys.reshape(10, 2, *(1,) * (trials.ndim - keys.ndim + 2), *keys.shape[2:])
     blocks = [_philox(np.uint64(1 + block), trials, steps, repetitions, keys) for block in range(-(-places // 4))]
     words = np.stack([word for block in blocks for word in block][:places], axis=-1)
     return np.asarray((words >> np.uint64(11)) * 2.0**-53, np.float64)

@@ -114,7 +114,7 @@ def fated():
 def test_a_job_that_ends_its_process_is_lost_alone_and_the_work_goes_on(tmp_path, monkeypatch):
     monkeypatch.setenv("CHILD", str(tmp_path / "child"))
     jobs = [gives_up, within_a_message, 1, leaves_a_child, *range(2, 17)]
-    assert dict(Processes(1).each(fated, jobs, at_once=5)) == {job: FATES.get(job) or -job for job in jobs}
+    assert dict(Processes(1).each(fated, jobs)) == {job: FATES.get(job) or -job for job in jobs}
     os.kill(int((tmp_path / "child").read_text()), signal.SIGKILL)
 
 

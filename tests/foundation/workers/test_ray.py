@@ -106,7 +106,9 @@ def lines(directory):
 
 
 def test_a_study_on_three_nodes_is_the_study_of_one_process(tmp_path):
-    planned = study("flips", agent=["human-inspired", "random"], p=[0, 0.4], trials=150, repetitions=1)
+    planned = study(
+        "flips", agent=["human-inspired", "random"], condition=["tremble?p=0.2", "nudge"], trials=150, repetitions=1
+    )
     with Journal.open(tmp_path / "here", planned) as journal:
         run(planned, journal)
     with (

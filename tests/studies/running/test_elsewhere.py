@@ -17,7 +17,8 @@ from lockprobe.studies.running.executor import Observer, can_travel
 from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.trial_json import trial_to_json
 
-SMALL = {"p": [0, 0.4], "trials": 3, "repetitions": 1}
+SMALL = {"condition": ["tremble?p=0.2", "flip?p=0.4 + tremble?p=0.2"], "trials": 3, "repetitions": 1}
+"""Trials that the kernel does not know."""
 
 
 class Backwards:
@@ -29,7 +30,7 @@ class Backwards:
     def processors(self):
         return 1
 
-    def each(self, begin, jobs, *, at_once):
+    def each(self, begin, jobs):
         work = begin()
         for number, job in reversed(list(enumerate(jobs))):
             self.asked.append(job.key)

@@ -87,7 +87,7 @@ def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, mon
     monkeypatch.syspath_prepend(tmp_path)
     allow("python:dying:Raises", "python:dying:Unclosed", "python:dying:Nowhere")
 
-    def in_processes(pool, begin, jobs, *, at_once):
+    def in_processes(pool, begin, jobs):
         raise UserMistake("round-robin cannot be loaded")
 
     def elsewhere(spec, access):

@@ -48,16 +48,17 @@ class _Actor:
             mistake = str(error)
         return socket.gethostname(), _versions(), mistake
 
-    def work(self, jobs: Sequence[Any]) -> list[Any]:
-        return [self._work(job) for job in jobs]
+    def work(self, job: Any) -> Any:
+        return self._work(job)
 
 
 @dataclass(slots=True, eq=False)
 class _Hired:
-    """An actor, and its call that has no answer yet."""
+    """An actor, its call that has no answer yet, and whether it had been set up before."""
 
     actor: Any
     call: Any
+    ready: bool = False
 
 
 class Cluster(Pool):
@@ -114,11 +115,12 @@ class Cluster(Pool):
         actor = self._ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(_Actor).remote(begin)
         return _Hired(actor, actor.ready.remote())
 
-    def send(self, worker: _Hired, jobs: Sequence[Any]) -> None:
+    def send(self, worker: _Hired, job: Any) -> None:
         """Call an actor."""
-        worker.call = worker.actor.work.remote(jobs)
+        worker.call = worker.actor.work.remote(job)
+        worker.ready = True
 
-    def answers(self, workers: Sequence[_Hired], seconds: float) -> Iterator[tuple[_Hired, Sequence[Any] | Lost]]:
+    def answers(self, workers: Sequence[_Hired], seconds: float) -> Iterator[tuple[_Hired, Any]]:
         """The results of calls that are finished or lost; ``Missing`` if a node has other versions, or lacks something.
 
         A lost actor, or one that cannot be reached, may have done its work all the same.
@@ -133,14 +135,14 @@ class Cluster(Pool):
             except self._ray.exceptions.RayError as error:
                 yield calls[call], Lost(type(error).__name__)
                 continue
-            if isinstance(found, tuple):
+            if not calls[call].ready:
                 host, there, mistake = found
                 here = _versions()
                 other = [f"{name} {there[name]}, not {here[name]}" for name in here if there[name] != here[name]]
                 if other or mistake:
                     why = f"has {' and '.join(other)}" if other else f"cannot play: {mistake}"
                     raise Missing(readable(f"the node {host} {why}"), "install the same on all nodes")
-            yield calls[call], [] if isinstance(found, tuple) else found
+            yield calls[call], found
 
     def dismiss(self, worker: _Hired, *, idle: bool) -> None:
         """Kill an actor; its pending calls are lost."""

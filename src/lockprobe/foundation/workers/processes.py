@@ -52,12 +52,12 @@ class Processes(Pool):
         theirs.close()
         return _Worker(process, ours)
 
-    def send(self, worker: _Worker, jobs: Sequence[Any]) -> None:
-        """Send a batch through the pipe of a process."""
+    def send(self, worker: _Worker, job: Any) -> None:
+        """Send a job through the pipe of a process."""
         with suppress(BrokenPipeError, ConnectionResetError):  # it died while it was idle; what it left says so
-            worker.pipe.send(jobs)
+            worker.pipe.send(job)
 
-    def answers(self, workers: Sequence[_Worker], seconds: float) -> Iterator[tuple[_Worker, Sequence[Any] | Lost]]:
+    def answers(self, workers: Sequence[_Worker], seconds: float) -> Iterator[tuple[_Worker, Any]]:
         """What processes answered, or how they ended."""
         wait([one for worker in workers for one in (worker.pipe, worker.process.sentinel)], timeout=seconds)
         for worker in workers:
@@ -106,13 +106,13 @@ def _work(begin: Begin[Any, Any], pipe: Connection) -> None:
     _Here.pipe = pipe
     try:
         work = begin()
-        pipe.send([])
+        pipe.send("ready")
         while True:
             try:
-                jobs = pipe.recv()
+                job = pipe.recv()
             except (EOFError, OSError):  # the end of the work
                 return
-            pipe.send([work(job) for job in jobs])
+            pipe.send(work(job))
     except UserMistake as mistake:
         pipe.send(UserMistake(str(mistake)))
     except BaseException:  # noqa: BLE001 - whatever it is and whatever still runs, this worker is lost

@@ -39,9 +39,10 @@ from lockprobe.foundation.spec import spec_name
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import says_modality
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.modality import interventions_for
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import plant_of, resolve_plant
-from lockprobe.studies.modality import interventions_for
+from lockprobe.simulation.kernel import flip_alone
 from lockprobe.studies.options.studyfile import trial_study
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.loop import play
@@ -123,10 +124,8 @@ class EnvironmentSettings:
                 expected = "interventions on reports or actions: an observation holds no words and no memory"
                 raise BadValue("condition", spec_of(one), expected)
         self.shown = spec_name(self.study.conditions[0].modality)
-        flips = [one for one in self.chain if type(one) is OutcomeFlip and one == one.at_rate(one.p)] or [OutcomeFlip()]
+        self.flip = flip_alone(self.chain, plant)
         words = [one for one in self.chain if type(one) is TextChannel]
-        alone = {*map(id, self.chain)} <= {*map(id, (flips[0], *words))} and plant == "symbolic"
-        self.flip = flips[0] if alone else None
         self.outcomes = all(one.tell != "state" for one in words)
         self.positions = all(one.tell != "outcome" for one in words)
         self.space: spaces.Space[Any]

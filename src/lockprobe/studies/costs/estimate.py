@@ -26,11 +26,11 @@ from lockprobe.agents.reply import asked_for
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import ChannelFault
+from lockprobe.interventions.modality import interventions_for, is_pictured
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.costs.spending import agent_price, hosted
 from lockprobe.studies.decisions import owed_by_look
-from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.records.store import OnRecord
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import play

@@ -27,10 +27,10 @@ from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name, split_specs
 from lockprobe.interventions.conditions import blind, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, MisreadFlip, entries_of, flip_of, misread_rates
+from lockprobe.interventions.modality import is_pictured, refuse_blind, shows_places, taken_in
 from lockprobe.interventions.told import Correction
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.statistics.misinterpretation import claim_counts
-from lockprobe.studies.modality import is_pictured, refuse_blind, shows_places, taken_in
 from lockprobe.studies.options.study_options import STUDIES, NamedCondition, StudyOptions, read_options, refused
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load

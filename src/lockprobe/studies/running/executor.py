@@ -2,10 +2,11 @@
 
 Only this process writes. Hosted models are asked from it, so that every call is in the study's log and budget; as many
 of their trials are open at once as there are connections. What needs a processor, a local model or a simulated plant,
-is played by workers, which return each trial packed for the store, with its pictures; strategies begin here, and go on
-there if it takes longer. What a person or another package wrote stays on this machine, since it may cost money or move
-a robot. If somebody attends the plant, one trial after the other is played here. If a worker dies, its trial ends as an
-``error`` at the boundary ``model`` or ``plant``, whichever needs the processor.
+is played by workers, which return each trial packed for the store, with its pictures. Strategies are played here, many
+trials at once on the kernel, or one by one where something acts that it does not know. What a person or another package
+wrote stays on this machine, since it may cost money or move a robot. If somebody attends the plant, one trial after the
+other is played here. If a worker dies, its trial ends as an ``error`` at the boundary ``model`` or ``plant``, whichever
+needs the processor.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from __future__ import annotations
 import asyncio
 import time
 import zlib
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import islice
 from multiprocessing import parent_process
 
 from lockprobe.agents.catalogue import AgentSource, resolve
@@ -25,6 +28,8 @@ from lockprobe.foundation.plugins import allow, allowed, find_plugin, guarded
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.workers import Cluster, Lost, Pool, Processes, lose
 from lockprobe.interventions.conditions import interventions_in
+from lockprobe.simulation.kernel import Minds
+from lockprobe.simulation.many_trials import minds_of, play_many
 from lockprobe.studies.decisions import GIVE_UP_AFTER
 from lockprobe.studies.records.journal import Journal, facts_said
 from lockprobe.studies.records.store import ALBUM, keep_picture, packed
@@ -38,18 +43,11 @@ from lockprobe.trial.protocols import Closable
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.trial_json import TrialReader
 
-_ALONE = 4.0
-"""Seconds for which this process plays a strategy alone. Then others go on if as much is left: each takes a second to
-start, and what they play is read here, so that two of them play a third more in the same time."""
-
 _TOGETHER = 0.2
 """Seconds of strategies' trials that are written together: a commit of its own takes as long as a trial."""
 
-_AT_ONCE = 100
-"""Trials of strategies that a worker gets at once, at most."""
-
-_EACH = 4
-"""Batches for every worker at the least, so that none is waited for at the end."""
+_FIRST = 64
+"""Trials that the kernel plays at once at first; then twice as many, as long as they take half of that time."""
 
 _SIMULATED = ("symbolic", "fast-twin", "twin")
 """Plants that are computed alone; others have a person or a device."""
@@ -82,7 +80,7 @@ class Limits:
     """Limits of concurrency; none of them changes a record.
 
     Attributes:
-        workers: Processes for local models, simulated plants, and strategies with many trials.
+        workers: Processes for local models and simulated plants.
         access: How hosted models are reached. As many of their trials are open at once as there are connections.
         cluster: Other machines for agents and plants that come with Lockprobe; None for this one alone.
     """
@@ -111,7 +109,7 @@ class Turn:
     """
 
     def __init__(self, study: Study, source: AgentSource, journal: Journal, limits: Limits, observer: Observer) -> None:
-        self._source, self._journal, self._observer = source, journal, observer
+        self._study, self._source, self._journal, self._observer = study, source, journal, observer
         self._keep = partial(keep_picture, journal.directory / ALBUM)
         hosted = source.engine == "network" and not study.attended
         self._quick = source.engine == "inline" and not study.simulated  # a trial takes a millisecond
@@ -124,11 +122,11 @@ class Turn:
             return
         if limits.cluster is not None and can_travel(study, source):
             self._pool = limits.cluster
-        elif source.engine == "process" or (limits.workers > 1 and (not self._quick or can_travel(study, source))):
+        elif source.engine == "process" or (limits.workers > 1 and not self._quick):
             self._pool = Processes(limits.workers)
 
-    def play(self, plans: Iterator[Plan], owed: int) -> None:
-        """Play so many trials: here, elsewhere, or first here and then there.
+    def play(self, owing: Callable[[], Iterable[Plan]], owed: int) -> None:
+        """Play so many trials; ``owing`` gives those that are owed now.
 
         Raises:
             BudgetReached: If the budget refused a call; every open trial went on until it was refused one itself.
@@ -136,31 +134,54 @@ class Turn:
             UserMistake: If the agent is not available, yields only errors, or its workers keep being lost.
         """
         try:
-            if self._pool is None or (self._quick and isinstance(self._pool, Processes)):
+            if self._quick and self._study.layout != "shuffled":  # with which each trial has a panel of its own
+                owed -= self._many_at_once(owing())
+                self._write()
+            if owed and self._pool is not None:
+                self._elsewhere(self._pool, owing())
+            elif owed:
                 with plants_place(self._threaded) as place:
-                    owed -= asyncio.run(self._here(plans, owed, place))
-            if self._pool is not None and owed:
-                self._elsewhere(self._pool, plans, owed)
+                    asyncio.run(self._here(iter(owing()), owed, place))
         finally:
             self._write()
 
-    async def _here(self, plans: Iterator[Plan], owed: int, place: Executor) -> int:
-        """Play plans in order, and return how many; if that takes long and there are workers, the others are left.
+    def _many_at_once(self, plans: Iterable[Plan]) -> int:
+        """Play the trials that the kernel plays, and return how many."""
+        agent, known, played, together = self._source.make(), dict[tuple[str, str], Minds | None](), 0, _FIRST
+
+        def minds(plan: Plan) -> Minds | None:
+            about = plan.label, plan.box.name
+            if about not in known:
+                known[about] = minds_of(agent, plan)
+            return known[about]
+
+        able = (plan for plan in plans if minds(plan) is not None)
+        while batch := [*islice(able, together)]:
+            began, alike, trials = time.perf_counter(), defaultdict[Minds, list[Plan]](list), dict[str, Trial]()
+            for plan in batch:
+                if (of := minds(plan)) is not None:
+                    alike[of].append(plan)
+            for of, plans_of in alike.items():
+                trials |= {trial.key: trial for trial in play_many(plans_of, of)}
+            took = time.perf_counter() - began
+            for plan in batch:
+                for step in (trial := trials[plan.key]).steps:
+                    self._observer.step(trial.key, step)
+                self._finish(trial, took / len(batch))
+            played += len(batch)
+            together *= 2 if took < _TOGETHER / 2 else 1
+        return played
+
+    async def _here(self, plans: Iterator[Plan], owed: int, place: Executor) -> None:
+        """Play plans in order.
 
         An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached,
         no trial is opened any more, and each open one goes on until it is refused a call itself.
         """
         agent, spent, opened = self._source.make(), list[BudgetReached](), list[asyncio.Task[None]]()
-        began, taken = time.monotonic(), 0
-
-        def takes_long() -> bool:
-            took, left = time.monotonic() - began, owed - taken
-            return self._pool is not None and took > _ALONE and took * left > _ALONE * taken > 0
 
         async def lane() -> None:
-            nonlocal taken
-            while not spent and not takes_long() and (plan := next(plans, None)) is not None:
-                taken += 1
+            while not spent and (plan := next(plans, None)) is not None:
                 try:
                     played = play_timed(
                         plan, agent, self._observer.step, keep=self._keep, calls=self._journal.calls, place=place
@@ -185,13 +206,11 @@ class Turn:
                     await agent.aclose()
         if spent:
             raise spent[-1]
-        return taken
 
-    def _elsewhere(self, pool: Pool, plans: Iterator[Plan], owed: int) -> None:
+    def _elsewhere(self, pool: Pool, plans: Iterable[Plan]) -> None:
         """Play plans by workers, in any order."""
         begin, reader = partial(_player, self._source.spec, allowed()), TrialReader()
-        together = min(_AT_ONCE, owed // (_EACH * max(1, pool.processors()))) if self._quick else 1
-        for plan, played in pool.each(begin, plans, at_once=max(1, together)):
+        for plan, played in pool.each(begin, plans):
             if isinstance(played, Lost):
                 fault = PlantFault if self._source.engine == "inline" else ModelFault
                 why = f"{plan.agent} lost its worker: {played.why}"
@@ -217,7 +236,7 @@ class Turn:
         finished, self._finished = self._finished, []
         if finished:
             self._journal.append_all(finished)
-        self._wrote = time.monotonic()
+            self._wrote = time.monotonic()
         for trial, seconds, _ in finished:
             self._observer.trial(trial, seconds)
             self.ended += not trial.owed_again

@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -81,7 +82,7 @@ def run(
         try:
             while left:
                 turn = Turn(study, source, journal, limits, observer)
-                turn.play(iter(owed_by(source)), left)
+                turn.play(partial(owed_by, source), left)
                 left = sum(1 for _ in owed_by(source)) if study.until and turn.ended else 0
                 observer.more(left)
         except BudgetReached as reached:

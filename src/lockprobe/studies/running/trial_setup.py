@@ -14,13 +14,11 @@ from inspect import getsource
 from typing import TypeVar, cast
 
 from lockprobe.foundation.spec import spec_kind
+from lockprobe.interventions.modality import places_in
 from lockprobe.plants.catalogue import plant_of
 from lockprobe.studies.costs.call_log import Calls
-from lockprobe.studies.modality import interventions_for
-from lockprobe.trial.condition import Condition
 from lockprobe.trial.loop import Executor, here, play
 from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, Calling
 from lockprobe.trial.record import Fact, Step, Trial
@@ -72,7 +70,7 @@ async def play_timed(
     trial = await play(
         plan,
         plant=partial(plant_of, plan),
-        interventions=_places_in(plan.condition),
+        interventions=places_in(plan.condition),
         agent=agent,
         on_step=partial(on_step, key),
         keep=keep,
@@ -91,11 +89,3 @@ def _source(kind: type) -> Mapping[str, Fact]:
         return {"source": sha256(getsource(kind).encode()).hexdigest()[:12]}
     except (OSError, TypeError):  # there is none
         return {}
-
-
-def _places_in(condition: Condition) -> Places:
-    """The places of all interventions of a condition, which it keeps: equal ones may hold other interventions."""
-    kept = vars(condition)
-    if (places := kept.get("places")) is None:
-        places = kept["places"] = Places(interventions_for(condition))
-    return cast(Places, places)

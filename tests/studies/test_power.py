@@ -6,9 +6,9 @@ from reported import found_in
 from scipy.special import expit
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.power import Clusters, Conditions, Needed, conditions_of, power
 from lockprobe.statistics.differences import each_difference
 from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.power import Clusters, Conditions, Needed, conditions_of, power
 from lockprobe.studies.records.read_records import load
 
 ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}

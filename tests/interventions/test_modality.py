@@ -5,8 +5,8 @@ import pytest
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.modality import check_shown, interventions_for, is_pictured, shown, taken_in
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.modality import check_shown, interventions_for, is_pictured, shown, taken_in
 
 
 @pytest.mark.parametrize(
