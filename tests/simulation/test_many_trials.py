@@ -1,6 +1,7 @@
 """Strategies' trials on the kernel have the records of the loop, byte by byte."""
 
 import asyncio
+from dataclasses import replace
 from typing import get_args
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import Shuffle
+from lockprobe.boxes.families import find_box
 from lockprobe.foundation.plugins import allow
 from lockprobe.simulation.many_trials import minds_of, play_many
 from lockprobe.studies.options.studyfile import trial_study
@@ -25,6 +27,9 @@ FLIPS = ("", "p=0", "p=1", "p=0.4", "p=0.4&others=kept", "p=0.3&inverts=position
 ANY = (*FLIPS, "p=0.3&inverts=position&others=noisy")
 PARTS = ("p=0.4&part=outcome", "p=0.4&part=position&keep=0.5")
 
+BEGUN = replace(find_box("chain-4"), name="begun", initial=(False, True, False, True))
+"""A box whose joints do not all start at 0."""
+
 
 def plans_of(agent, condition, **asked):
     planned = trial_study(agent, condition=condition, **asked)
@@ -36,7 +41,7 @@ def plans_of(agent, condition, **asked):
     agent=st.sampled_from(AGENTS),
     told=st.tuples(st.sampled_from(ANY), st.sampled_from(WORDS))
     | st.tuples(st.sampled_from(PARTS), st.sampled_from(BOTH)),
-    box=st.sampled_from(["chain-3", "chain-4", "common-effect-4"]),
+    box=st.sampled_from(["chain-3", BEGUN, "common-effect-4"]),
     seed=st.integers(0, 99),
     shuffle=st.sampled_from(get_args(Shuffle)),
     layout=st.sampled_from(["fixed", "dealt"]),
