@@ -14,7 +14,6 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-import mujoco
 import numpy as np
 from lockprobe_robot.box_model.joints import RESTING
 from lockprobe_robot.box_model.mechanism import Mechanism
@@ -58,8 +57,8 @@ def random_interlock(number: int, rng: np.random.Generator) -> Lockbox:
 class Watched(Mechanism):
     """A mechanism that remembers how far its joints have been from where they rested."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: LockboxScene) -> None:
-        super().__init__(model, data, scene)
+    def __init__(self, scene: LockboxScene) -> None:
+        super().__init__(scene)
         self.rested = self.fractions()
         self.strayed = np.zeros(len(self.rested))
 
@@ -91,10 +90,8 @@ class Tally:
 def pushed(box: Lockbox, pushes: int, newtons: float, rng: np.random.Generator, tally: Tally) -> None:
     """Push the joints of one box at random, from random configurations."""
     size = len(box.joints)
-    scene = build_scene(box, labels=tuple("ABCDEFGH"[:size]), settings=SceneSettings(), rng=rng)
-    model = scene.spec.compile()
-    data = mujoco.MjData(model)
-    mechanism = Watched(model, data, scene)
+    mechanism = Watched(build_scene(box, labels=box.names, settings=SceneSettings(), rng=rng))
+    model, data = mechanism.model, mechanism.data
     mechanism.set_configuration(box.initial)
     for number in range(pushes):
         if number % 10 == 9:

@@ -5,14 +5,12 @@ import re
 import subprocess
 import sys
 
-import mujoco
 import numpy as np
 import pytest
-from box_model.scenes import scene_of
 from drawn_board import heights_at
-from lockprobe_robot.box_model.mechanism import Mechanism
-from lockprobe_robot.plant_camera import PlantCamera, add_depth_noise
+from lockprobe_robot.fast_twin import FastTwin
 from lockprobe_robot.plants import renderer
+from lockprobe_robot.simulated_plant import add_depth_noise
 from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.families import box
@@ -61,48 +59,26 @@ def test_importing_and_naming_plants_touches_neither_mujoco_nor_graphics():
     assert done.stdout == "[]\n"
 
 
-@pytest.fixture(scope="module")
-def camera():
-    """Makes a camera of the lockbox in a configuration, with a stream of noise."""
-    scene = scene_of(box("chain-4"))
-    model = scene.spec.compile()
-
-    def make(configuration=(False,) * 4, data=None, **settings):
-        data = data or mujoco.MjData(model)
-        mechanism = Mechanism(model, data, scene)
-        mechanism.set_configuration(configuration)
-        return PlantCamera(
-            mechanism,
-            pose=scene.panel.pose,
-            handles=scene.panel.handles,
-            settings=SceneSettings(**{"width": 160, "height": 120, **settings}),
-            rng=np.random.default_rng(1),
-        )
-
-    return make
+def plant(**settings):
+    settings = SceneSettings(width=160, height=120, **settings)
+    return FastTwin(box("chain-4"), labels=tuple("ABCD"), settings=settings, rng=np.random.default_rng(1))
 
 
-def look(camera):
-    return camera.looks()[0]()
-
-
-def test_a_moment_can_be_looked_at_until_it_ends_and_a_look_that_is_refused_takes_no_luck(camera):
-    seen, other = camera(depth_noise=0.002), camera(depth_noise=0.002)
-    late = seen.looks()[0]
-    seen.end_moment()
+def test_a_moment_can_be_looked_at_until_it_ends_and_a_look_that_is_refused_takes_no_luck():
+    seen, other = plant(depth_noise=0.002), plant(depth_noise=0.002)
+    late, first = seen.observe().look, [one.attempt(3).look for one in (seen, other)]
     with pytest.raises(PlantFault, match="after the next attempt"):
         late()
-    first = seen.looks()[0]
-    assert first().depth.tobytes() == look(other).depth.tobytes()
-    assert first().rgb.tobytes() == look(other).rgb.tobytes()
+    frames = [look() for look in first]
+    assert frames[0].depth.tobytes() == frames[1].depth.tobytes()
+    assert frames[0].rgb.tobytes() == frames[1].rgb.tobytes()
     assert seen.facts["renderer"] == renderer()
 
 
-def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise_of_depth_do_not(camera):
-    steady = camera(depth_noise=0.002)
-    nominal = look(steady)
-    moved = camera(depth_noise=0.002, view_jitter=5.0)
-    frames = [look(moved), look(moved)]
+def test_the_view_moves_with_every_picture_and_the_recorded_camera_and_the_noise_of_depth_do_not():
+    nominal = plant(depth_noise=0.002).observe().look()
+    look = plant(depth_noise=0.002, view_jitter=5.0).observe().look
+    frames = [look(), look()]
     assert (frames[0].rgb != nominal.rgb).any()
     assert (frames[0].rgb != frames[1].rgb).any()
     for frame in frames:

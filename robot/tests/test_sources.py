@@ -1,7 +1,7 @@
 """Reports from an arm or a camera of the plants here: without error they are the truth, and records hold all three."""
 
 import pytest
-from lockprobe_robot import plant_camera
+from lockprobe_robot import simulated_plant
 from saboteur import Evidence
 
 from lockprobe import run_study, run_trial, study
@@ -18,7 +18,7 @@ def told(trial):
 
 @pytest.mark.parametrize(
     ("plant", "sources", "steps"),
-    [("rig?rung=scripted", ("truth", "verdict"), 20), (f"fast-twin?{SMALL}", ("camera",), 6)],
+    [("rig", ("truth", "verdict"), 3), (f"fast-twin?{SMALL}", ("camera",), 6)],
 )
 def test_without_error_all_sources_tell_the_truth(plant, sources, steps):
     """Flips act on what each of them says."""
@@ -44,7 +44,7 @@ def test_a_study_of_readings_is_verified_without_a_picture(tmp_path, monkeypatch
     def unseen(*args, **options):
         raise AssertionError("a picture was taken")
 
-    monkeypatch.setattr(plant_camera, "Renderer", unseen)
+    monkeypatch.setattr(simulated_plant, "Renderer", unseen)
     found = {check.name: check for check in verify(tmp_path / "study")}
     assert found["luck"].holds
     files = Evidence(tmp_path / "study")

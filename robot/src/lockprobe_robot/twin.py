@@ -18,8 +18,9 @@ from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.guarded_move import CLEARANCE, HandlePath, guarded_move
 from lockprobe_robot.arm.model import add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
+from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.box_model.scene import build_scene
-from lockprobe_robot.fast_twin import SimulatedLockbox
+from lockprobe_robot.simulated_plant import SimulatedPlant
 from lockprobe_robot.twin_settings import TwinSettings
 from lockprobe_robot.user_model.mjcf_file import read_hand
 
@@ -30,7 +31,7 @@ _FILM_EVERY = 1 / 25
 """Simulated seconds between two pictures of a film."""
 
 
-class Twin(SimulatedLockbox):
+class Twin(SimulatedPlant):
     """A lockbox, an arm and a camera in one simulation.
 
     Before every attempt the robot receives the true positions of the handles, up to ``pose_error``, so a wrong verdict
@@ -54,6 +55,9 @@ class Twin(SimulatedLockbox):
         BadFile: If one's own hand cannot be mounted.
     """
 
+    joints: Mechanism
+    _settings: TwinSettings
+
     def __init__(
         self,
         box: Lockbox,
@@ -68,8 +72,8 @@ class Twin(SimulatedLockbox):
         noise, self._aim, self._force = *rng.spawn(1), *rng.spawn(2)
         hand = read_hand(Path(settings.hand), settings.hand_digest) if settings.hand else None
         add_hand(scene.spec, add_arm(scene.spec), hand)
-        super().__init__(scene, settings, noise)
-        self._settings, self.panel = settings, scene.panel
+        self.panel = panel = scene.panel
+        super().__init__(Mechanism(scene), pose=panel.pose, handles=panel.handles, settings=settings, rng=noise)
         model, data = self.joints.model, self.joints.data
         self._film_due = 0.0
 
@@ -80,7 +84,7 @@ class Twin(SimulatedLockbox):
 
         self.arm = SimulatedArm(model, data, force_noise=settings.force_noise, rng=self._force, after_step=after_step)
         for joint, name in enumerate(box.names):
-            path = self.panel.handle_path(joint, False)
+            path = panel.handle_path(joint, False)
             lift = -CLEARANCE * path.axis
             for point in (path.points[0], path.points[-1], path.points[0] + lift, path.points[-1] + lift):
                 if not self.arm.reaches(point, path.axis):

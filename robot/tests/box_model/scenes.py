@@ -1,6 +1,5 @@
 """Scenes for tests, compiled."""
 
-import mujoco
 import numpy as np
 from lockprobe_robot.box_model.mechanism import Mechanism
 from lockprobe_robot.box_model.scene import build_scene
@@ -17,11 +16,7 @@ def scene_of(box, seed=1, **settings):
 
 
 def mechanism_of(box, **settings):
-    """A mechanism, its model and its state."""
-    scene = scene_of(box, **settings)
-    model = scene.spec.compile()
-    data = mujoco.MjData(model)
-    return Mechanism(model, data, scene), model, data
+    return Mechanism(scene_of(box, **settings))
 
 
 def two_joints(locked, by, *, clauses=({"b": True},), places=((0.25, 0.5), (0.75, 0.5))):

@@ -24,7 +24,7 @@ def assert_pushed_as_ruled(mechanism, drawn, joint, newtons=30.0):
 
 
 def test_chain_4_from_every_configuration():
-    mechanism, _, _ = mechanism_of(box())
+    mechanism = mechanism_of(box())
     for configuration, joint in itertools.product(itertools.product((False, True), repeat=4), range(4)):
         mechanism.set_configuration(configuration)
         assert_pushed_as_ruled(mechanism, box(), joint)
@@ -35,7 +35,7 @@ def test_chain_4_from_every_configuration():
 def test_every_kind_locks_every_kind(locked, by, places, newtons):
     for asked in (False, True):
         drawn = two_joints(locked, by, clauses=({"b": asked},), places=places)
-        mechanism, _, _ = mechanism_of(drawn)
+        mechanism = mechanism_of(drawn)
         for configuration, joint in itertools.product(itertools.product((False, True), repeat=2), range(2)):
             mechanism.set_configuration(configuration)
             assert_pushed_as_ruled(mechanism, drawn, joint, newtons)
@@ -45,7 +45,7 @@ def test_every_kind_locks_every_kind(locked, by, places, newtons):
 def test_random_boxes_with_alternatives_pushed_at_random(seed):
     family, layout = f"random-{3 + seed % 6}", ("ngram", "scattered")[seed % 2]
     drawn = generate(family, seed, layout=layout, dealt=True)
-    mechanism, _, _ = mechanism_of(drawn)
+    mechanism = mechanism_of(drawn)
     mechanism.set_configuration(drawn.initial)
     for joint in np.random.default_rng(5).integers(len(drawn.joints), size=30):
         assert_pushed_as_ruled(mechanism, drawn, int(joint))
@@ -54,20 +54,20 @@ def test_random_boxes_with_alternatives_pushed_at_random(seed):
 @pytest.mark.parametrize("friction", [0.0, 4.0])
 @pytest.mark.parametrize("tilt", [0, 80])
 def test_neither_friction_nor_tilt_changes_what_moves(friction, tilt):
-    mechanism, _, _ = mechanism_of(box(), friction=friction, tilt=tilt)
+    mechanism = mechanism_of(box(), friction=friction, tilt=tilt)
     for joint in (0, 3, 1, 2, 1, 0, 3, 2):
         assert_pushed_as_ruled(mechanism, box(), joint)
 
 
 def test_more_than_a_box_knows_is_a_fault_and_what_it_knows_is_not():
-    mechanism, _, data = mechanism_of(box())
+    mechanism = mechanism_of(box())
     before = (False, False, False, False)
     assert mechanism.configuration_after(3, before) == before
     mechanism.set_configuration((False, False, False, True))
     assert mechanism.configuration_after(3, before) == (False, False, False, True)
     with pytest.raises(PlantFault, match="slider-1 moved revolute-right as well"):
         mechanism.configuration_after(1, before)
-    data.joint("revolute-right").qpos[0] *= 0.4
+    mechanism.data.joint("revolute-right").qpos[0] *= 0.4
     with pytest.raises(
         PlantFault, match=r"more than 8% of its travel from its ends .*revolute-right 0\.40.*less friction"
     ):

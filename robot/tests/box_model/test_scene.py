@@ -20,7 +20,8 @@ def model_of(name="chain-4", seed=1, **settings):
 
 @pytest.mark.parametrize(("name", "tilt"), [("chain-4", 20), ("branched", 45)])
 def test_knobs_are_where_the_panel_says_they_are(name, tilt):
-    mechanism, model, data = mechanism_of(box(name), tilt=tilt)
+    mechanism = mechanism_of(box(name), tilt=tilt)
+    model, data = mechanism.model, mechanism.data
     panel = scene_of(box(name), tilt=tilt).panel
     for position in (False, True):
         mechanism.set_configuration((position,) * len(panel.mounted_joints))

@@ -19,16 +19,11 @@ _PUSH_SECONDS = 0.6
 
 
 class Mechanism(Joints):
-    """The joints of a lockbox in a model that may hold more than the lockbox.
+    """The joints of a lockbox in a scene, which is compiled with everything that was added to it."""
 
-    Args:
-        model: The compiled model.
-        data: Its state.
-        scene: The scene that was compiled.
-    """
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, scene: LockboxScene) -> None:
-        super().__init__(model, data, scene.names)
+    def __init__(self, scene: LockboxScene) -> None:
+        model = scene.spec.compile()
+        super().__init__(model, mujoco.MjData(model), scene.names)
         self._reach = np.array([mounted.reach or 1.0 for mounted in scene.panel.mounted_joints])
         # A bolt or lifter, and how far it is out where one of its literals holds.
         self._bolts: list[tuple[Any, tuple[GateLiteral, ...], float]] = []

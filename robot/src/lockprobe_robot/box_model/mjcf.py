@@ -62,11 +62,9 @@ def plain_scene(box: Lockbox, *, arm: bool) -> mujoco.MjSpec:
         for body in spec.bodies:
             if body.name.startswith(("arm-", "hand")):
                 body.gravcomp = 1
-    model = spec.compile()
-    data = mujoco.MjData(model)
-    if arm:
-        for number, angle in enumerate(HOME, start=1):
-            data.joint(f"arm-{number}").qpos = angle
-    Mechanism(model, data, scene).set_configuration(box.initial)
-    spec.add_key(name="initial", qpos=data.qpos)
+    mechanism = Mechanism(scene)
+    for number, angle in enumerate(HOME if arm else (), start=1):
+        mechanism.data.joint(f"arm-{number}").qpos = angle
+    mechanism.set_configuration(box.initial)
+    spec.add_key(name="initial", qpos=mechanism.data.qpos)
     return spec

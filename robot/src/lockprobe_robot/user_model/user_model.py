@@ -14,8 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 from lockprobe.trial.pictures.frame import Frame
-from lockprobe_robot.fast_twin import SimulatedPlant
-from lockprobe_robot.plant_camera import PlantCamera
+from lockprobe_robot.simulated_plant import SimulatedPlant
 from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.mjcf_file import MjcfModel
 from lockprobe_robot.user_model.model_joints import ModelJoints
@@ -51,29 +50,24 @@ class UserModel(SimulatedPlant):
     ) -> None:
         self.joints = joints_of(box, settings)
         self.joints.start(box.initial)
-        self._labels, self._drawn = labels, settings.labels
+        self._labels = labels
         self._pose = np.eye(4)
         if (body := mujoco.mj_name2id(self.joints.model, mujoco.mjtObj.mjOBJ_BODY, PANEL)) >= 0:
             seen = self._seen(box.initial)
             self._pose[:3, :3], self._pose[:3, 3] = seen.xmat[body].reshape(3, 3), seen.xpos[body]
         ends = [self._points((position,) * len(box.names), ("",)) for position in (False, True)]
-        camera = PlantCamera(
-            self.joints,
-            pose=self._pose,
-            handles=np.stack(ends, axis=1),
-            settings=settings,
-            rng=rng.spawn(1)[0],
-            overlay=self._with_labels,
-        )
-        super().__init__(self.joints, camera)
+        handles = np.stack(ends, axis=1)
+        super().__init__(self.joints, pose=self._pose, handles=handles, settings=settings, rng=rng.spawn(1)[0])
 
-    def _with_labels(self, frame: Frame, configuration: Configuration) -> Frame:
-        """A frame with the labels over it, white with a dark outline: the model has none."""
-        if not self._drawn:
+    def _look(self, attempts: int, configuration: Configuration | None) -> Frame:
+        """A picture with the labels over it, white with a dark outline: the model has none."""
+        frame = super()._look(attempts, configuration)
+        if not self._settings.labels:
             return frame
         image = Image.fromarray(frame.rgb)
         draw, font = ImageDraw.Draw(image), ImageFont.load_default(_LETTER * image.height)
-        places = frame.camera.project(self._points(configuration, ("label-", "")))
+        shown = self.joints.configuration() if configuration is None else configuration
+        places = frame.camera.project(self._points(shown, ("label-", "")))
         for label, (column, row, _) in zip(self._labels, places, strict=True):
             if 0 <= column < image.width and 0 <= row < image.height:
                 at = (float(column), float(row))

@@ -1,10 +1,10 @@
-"""A plant's RGB-D camera: pictures of a MuJoCo model, true or as it is told falsely, rendered only on request."""
+"""A simulation as a plant with an RGB-D camera: pictures, true or as it is told falsely, rendered only on request."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from functools import partial
 
 import mujoco
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lockprobe.boxes.box import Configuration
 from lockprobe.foundation.errors import PlantFault
 from lockprobe.trial.pictures.frame import Camera, Frame
-from lockprobe.trial.record import Fact
+from lockprobe.trial.record import Fact, Snapshot
 from lockprobe_robot.box_model.joints import Joints
 from lockprobe_robot.geom_groups import CAMERA
 from lockprobe_robot.renderer import Renderer
@@ -33,17 +33,17 @@ _LOST = 0.6
 """Share of pixels at edges that have no reading."""
 
 
-class PlantCamera:
-    """A plant's camera for the present moment. Every attempt ends a moment.
+class SimulatedPlant:
+    """A simulation as a plant (base class).
 
-    The renderer opens at the first look, so a plant without looks needs no OpenGL.
+    The renderer opens at the first look, so a plant without looks needs no OpenGL. A look raises ``PlantFault`` after
+    the next attempt, and ``Missing`` if the renderer does not work here.
 
     Args:
         joints: The joints, in the model and the state that are looked at; a look does not change it.
         pose: Pose of the panel in the world, shape (4, 4).
         handles: The handles' positions at 0 and at 1 in its frame, shape (joints, 2, 3), metres.
         settings: Size of pictures, noise of depth, error of the view.
-        overlay: What is drawn over a frame that shows a configuration.
         rng: A separate random stream. Each look draws one number of it for the noise of depth, and three of a child of
             it for the error of the view.
     """
@@ -56,12 +56,10 @@ class PlantCamera:
         handles: NDArray[np.float64],
         settings: CameraSettings,
         rng: np.random.Generator,
-        overlay: Callable[[Frame, Configuration], Frame] = lambda frame, configuration: frame,
     ) -> None:
-        self._joints, self._pose, self._handles = joints, pose, handles
-        self._settings, self._rng, self._overlay = settings, rng, overlay
-        self._view = rng.spawn(1)[0]
-        self._moment = 0
+        self.joints, self._pose, self._handles, self._settings = joints, pose, handles, settings
+        self._noise, self._view = rng, rng.spawn(1)[0]
+        self._attempts = 0
         self._renderer: Renderer | None = None
         self._drawn_by: str | None = None
 
@@ -70,16 +68,30 @@ class PlantCamera:
         """Engine, settings and the renderer of the last picture (None if there was none), for the record."""
         return {"engine": f"mujoco {mujoco.__version__}", **asdict(self._settings), "renderer": self._drawn_by}
 
-    def looks(self) -> tuple[Callable[[], Frame], Callable[[Configuration], Frame]]:
-        """A function that takes a picture of this moment, and one that draws the joints as they are told falsely.
+    def observe(self) -> Snapshot:
+        """The truth now."""
+        render = partial(self._look, self._attempts)
+        return Snapshot(configuration=self.joints.configuration(), look=partial(render, None), render=render)
 
-        They raise ``PlantFault`` once the moment is over, and ``Missing`` if the renderer does not work here.
+    def attempt(self, joint: int) -> Snapshot:
+        """Attempt a joint, by index in panel order.
+
+        Raises:
+            PlantFault: If a joint stays between its ends, another joint moves, an arm is blocked, or the simulation
+                becomes unstable.
         """
-        return partial(self._look, self._moment, None), partial(self._look, self._moment)
+        before = self.joints.configuration()
+        self._attempts += 1
+        sensed = self._act(joint, before)
+        after = self.joints.configuration_after(joint, before)
+        return replace(
+            self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked", sensed=sensed
+        )
 
-    def end_moment(self) -> None:
-        """End the present moment and begin the next one."""
-        self._moment += 1
+    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
+        """Act on a joint until the box is at rest, by a push if no arm does; what a robot sensed."""
+        self.joints.push(joint)
+        return {}
 
     def close(self) -> None:
         """Release the renderer. The next look opens it again."""
@@ -87,14 +99,15 @@ class PlantCamera:
             self._renderer.close()
             self._renderer = None
 
-    def _look(self, moment: int, configuration: Configuration | None) -> Frame:
-        if self._moment != moment:
+    def _look(self, attempts: int, configuration: Configuration | None) -> Frame:
+        """A picture of a moment, or of the joints as they are told falsely."""
+        if self._attempts != attempts:
             raise PlantFault("a picture was asked for after the next attempt")
-        settings, model = self._settings, self._joints.model
+        settings, model = self._settings, self.joints.model
         if self._renderer is None:
             self._renderer = Renderer(model, width=settings.width, height=settings.height)
         renderer, eye = self._renderer, model.camera(CAMERA).id
-        seen = renderer.pose(self._joints.data if configuration is None else self._joints.posed(configuration))
+        seen = renderer.pose(self.joints.data if configuration is None else self.joints.posed(configuration))
         rotation = seen.cam_xmat[eye].reshape(3, 3) @ _FROM_OPENGL
         panel = np.eye(4)
         panel[:3, :3] = rotation.T @ self._pose[:3, :3]
@@ -106,15 +119,14 @@ class PlantCamera:
         seen.cam_xpos[eye] += seen.cam_xmat[eye].reshape(3, 3) @ shift
         rgb, depth = renderer.colours(CAMERA), renderer.depth(CAMERA)
         self._drawn_by = renderer.name
-        frame = Frame(
+        return Frame(
             rgb=rgb,
-            depth=add_depth_noise(depth, settings.depth_noise, self._rng),
+            depth=add_depth_noise(depth, settings.depth_noise, self._noise),
             camera=camera,
             handles=self._handles,
             renderer=renderer.name,
             labelled=settings.labels,
         )
-        return self._overlay(frame, self._joints.configuration() if configuration is None else configuration)
 
 
 def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Generator) -> NDArray[np.float32]:
