@@ -2,11 +2,11 @@
 
 import numpy as np
 from drawn_board import HANDLES, HEIGHT, WIDTH, board
+from hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.calibration.calibration_file import calibrated_board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.rig import Rig
-from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 
 from lockprobe.plants.manual import ENTER, OperatorStopped
@@ -87,6 +87,10 @@ def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, at=10*
         rung="scripted",
     )
     return rig, arm, camera
+
+
+def sound_rig(*, box, labels, rng):
+    return rig_of(box, labels)[0]
 
 
 def faulty_rig(*, box, labels, rng):

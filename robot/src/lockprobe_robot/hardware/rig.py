@@ -7,23 +7,22 @@ so.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Literal
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import LockprobeError, PlantFault
-from lockprobe.plants.manual import Operator, ask_to_begin
-from lockprobe.trial.pictures.frame import Frame
+from lockprobe.plants.manual import Manual, Operator, ask_to_begin
 from lockprobe.trial.record import Fact, Snapshot
-from lockprobe_robot.arm.guarded_move import TouchVerdict, guarded_move
+from lockprobe_robot.arm.guarded_move import guarded_move
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.hardware.bounds import Bounded
 from lockprobe_robot.hardware.sight import Sight, only_moved
 
 
-class Rig:
-    """A box, an arm, and a source of the truth, as a plant.
+class Rig(Manual):
+    """A box whose joints an arm moves, and a source of the truth, as a plant.
 
     A fault of any part first stops the arm and then ends the trial as an error of the plant, which is owed again.
 
@@ -57,13 +56,10 @@ class Rig:
         rung: str = "robot",
         facts: Mapping[str, Fact] | None = None,
     ) -> None:
-        self.box, self.arm, self.panel = box, arm, panel
-        self._operator, self._rung, self._facts = operator, rung, dict(facts or {})
+        super().__init__(box, labels=labels, operator=operator)
+        self.box, self.arm, self.panel, self._rung, self._facts = box, arm, panel, rung, dict(facts or {})
         self._sight = None if isinstance(truth, str) else truth
         self._truth = truth if isinstance(truth, str) else str(truth.facts.get("truth", "camera"))
-        self._called = tuple(f"{label} ({name})" for label, name in zip(labels, box.names, strict=True))
-        self._configuration: Configuration | None = None
-        self._look: Callable[[], Frame] | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -85,11 +81,8 @@ class Rig:
             PlantFault: If any part fails.
             UserMistake: If the operator stops before the trial begins.
         """
-        if self._configuration is None:
-            with self._stopping():
-                self._begin()
-            self._configuration = self.box.initial
-        return Snapshot(configuration=self._configuration, look=self._look)
+        with self._stopping():
+            return super().observe()
 
     def attempt(self, joint: int) -> Snapshot:
         """Attempt a joint, by index in panel order.
@@ -102,7 +95,13 @@ class Rig:
         path = self.panel.handle_path(joint, before[joint])
         with self._stopping():
             touch = guarded_move(self.arm, path)
-            after = self._configuration = self._after(joint, before, touch.verdict)
+            called, moved = self._called[joint], touch.verdict == "moved"
+            if (seen := self._seen()) is None and self._truth == "person":
+                moved = self._operator.ask(f"Did joint {called} move? y/n, q to stop:", ("y", "n")) == "y"
+            elif seen is None and touch.verdict == "failed":
+                raise PlantFault(f"{called}: the robot's verdict is failed, and nothing else tells the truth")
+            by_verdict = tuple(at != (moved and i == joint) for i, at in enumerate(before))
+            after = self._configuration = only_moved(self._called, joint, before, seen or by_verdict)
         return Snapshot(
             configuration=after,
             joint=joint,
@@ -127,15 +126,12 @@ class Rig:
             raise
 
     def _begin(self) -> None:
-        initial = self.box.initial
-        stand = ", ".join(f"{called} at {at:d}" for called, at in zip(self._called, initial, strict=True))
-        self._operator.tell(f"New trial of {self.box.name}. Set the joints: {stand}.")
         while True:
             ask_to_begin(self._operator)
             self.arm.home()
-            if (seen := self._seen()) in (None, initial):
+            if (seen := self._seen()) in (None, self.box.initial):
                 return
-            self._operator.tell(f"The {self._truth} sees {bits(seen or ())}, expected {bits(initial)}.")
+            self._operator.tell(f"The {self._truth} sees {bits(seen or ())}, expected {bits(self.box.initial)}.")
 
     def _seen(self) -> Configuration | None:
         """The configuration that the sight reads now; None without one."""
@@ -144,16 +140,3 @@ class Rig:
         seen = self._sight.read(self._called)
         self._look = seen.look
         return seen.configuration
-
-    def _after(self, joint: int, before: Configuration, verdict: TouchVerdict) -> Configuration:
-        """The configuration after an attempt, from the source of the truth."""
-        called = self._called[joint]
-        if (seen := self._seen()) is not None:
-            return only_moved(self._called, joint, before, seen)
-        if self._truth == "person":
-            moved = self._operator.ask(f"Did joint {called} move? y/n, q to stop:", ("y", "n")) == "y"
-        elif verdict == "failed":
-            raise PlantFault(f"{called}: the robot's verdict is failed, and nothing else tells the truth")
-        else:
-            moved = verdict == "moved"
-        return tuple(at != (moved and i == joint) for i, at in enumerate(before))

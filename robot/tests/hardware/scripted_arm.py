@@ -1,0 +1,65 @@
+"""A scripted arm without a body: it tracks targets exactly, and a symbolic box resists it."""
+
+import numpy as np
+
+GRIP = 0.012
+"""Distance from a handle within which the hand holds it, metres."""
+
+GIVE = 0.15
+"""Share of its way that a locked handle gives way."""
+
+HELD, LOOSE = 25.0, 3.0
+"""Newtons against the drag of a locked and of a free handle."""
+
+WEIGHT, HOME = np.array([0.0, 0.0, -6.0]), np.array([0.3, 0.0, 0.5])
+
+
+class ScriptedArm:
+    """A kinematic arm in front of a box; ``path`` gives a handle's path from its joint and present position."""
+
+    period = 0.02
+
+    def __init__(self, box, path):
+        self._box, self.configuration = box, box.initial
+        self._paths = [(path(joint, False), path(joint, True)) for joint in range(len(box.joints))]
+        self._at, self._felt, self.time, self._held = HOME, np.zeros(3), 0.0, None
+
+    def home(self):
+        self.reach(HOME, None)
+
+    def reach(self, position, axis):
+        self._held, self._at, self.time = None, np.array(position), self.time + 1.0
+
+    def follow(self, position, velocity, *, stiffness):
+        """Move to the target at the end of the period, as far as the held handle allows."""
+        self._at = point = np.asarray(position + self.period * velocity)
+        self.time += self.period
+        self._felt = np.zeros(3)
+        for joint, at in enumerate(self.configuration if self._held is None else ()):
+            path = self._paths[joint][at]
+            if np.linalg.norm(path.points[0] - point) < GRIP:
+                self._held = joint, path, self._box.may_move(self.configuration, joint), self.configuration
+                break
+        if self._held is None:
+            return
+        joint, path, free, before = self._held
+        travelled = path.travelled(point)
+        stuck = not free and travelled > GIVE * path.length
+        along, direction = path.at(GIVE * path.length if stuck else travelled)
+        if float((along - point) @ path.axis) > GRIP:
+            self._held = None  # it rose from the handle
+            return
+        self._felt = -(HELD if stuck else LOOSE) * direction * (travelled > 0)
+        if stuck:
+            self._at = np.asarray(along)
+        elif free and travelled > 0.5 * path.length and self.configuration == before:
+            self.configuration = self._box.attempt(self.configuration, joint)[0]
+
+    def position(self):
+        return self._at.copy()
+
+    def force(self):
+        return WEIGHT + self._felt
+
+    def stop(self):
+        pass
