@@ -71,10 +71,11 @@ class PausedTrial:
         self.situation: Situation | None = None
         self.trial: Trial | None = None
         self.seconds = 0.0
-        self._asked: asyncio.Queue[Situation] = asyncio.Queue()
+        self._asked: asyncio.Queue[Situation | None] = asyncio.Queue()  # None at the end
         self._said: asyncio.Queue[Decision] = asyncio.Queue()
         keep = None if pictures is None else partial(keep_picture, pictures)
         self._loop = asyncio.create_task(play_timed(plan, self, self._note, keep, place=place))
+        self._loop.add_done_callback(lambda _: self._asked.put_nowait(None))
 
     async def begin(self, played: Iterable[RecordedAttempt] = ()) -> Self:
         """Begin, replay the attempts so far, and wait at the next decision.
@@ -133,15 +134,9 @@ class PausedTrial:
 
     async def _wait(self) -> None:
         """Wait until the trial loop asks for a decision or ends; re-raise its exceptions."""
-        asked = asyncio.create_task(self._asked.get())
-        try:
-            await asyncio.wait({asked, self._loop}, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            asked.cancel()
-        if self._loop.done():
+        self.situation = await self._asked.get()
+        if self.situation is None:
             self.trial, self.seconds = self._loop.result()
-        else:
-            self.situation = asked.result()
 
     def _note(self, key: str, step: Step) -> None:
         self._told = "" if step.pictures else step.told
