@@ -7,12 +7,12 @@ import pytest
 from pydantic import BaseModel
 
 from lockprobe.foundation.errors import BadFile, UnknownName
+from lockprobe.foundation.validation import validated
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.experiment import (
     EXPERIMENT,
     LANGUAGES,
     Experiment,
-    checked,
     filled,
     kept_experiment,
     read_experiment,
@@ -84,7 +84,7 @@ def test_what_is_kept_reads_back_and_what_is_no_settings_is_refused(tmp_path):
     (tmp_path / "people").mkdir()
     kept, settings = tmp_path / "people" / EXPERIMENT, Experiment(feedback=True, trials_each=3)
     kept.write_text(settings.model_dump_json())
-    assert kept_experiment(tmp_path) == settings == checked(Experiment, settings.model_dump())
+    assert kept_experiment(tmp_path) == settings == validated(Experiment, settings.model_dump())
     for text in ("{", "[]", '{"feedback": "film"}', "[" * 100_000):
         kept.write_text(text)
         with pytest.raises(BadFile):

@@ -9,18 +9,22 @@ from pathlib import Path
 from PIL import Image
 
 from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import read_input
 
-LONGEST_SIDE = 8192
-"""Pixels along each side of a picture."""
+_LARGEST = 1 << 26
+"""Bytes of a file."""
 
 
-def open_picture(content: bytes, path: Path, *, longest: int = LONGEST_SIDE) -> Image.Image:
-    """The decoded picture in the content of a file, with its pixels in the order in which they are stored.
+def open_picture(path: Path, content: bytes | None = None, *, longest: int = 8192) -> Image.Image:
+    """The decoded picture in a file, with its pixels in the order in which they are stored.
+
+    ``content`` is that of the file, where it was read before; ``longest`` are the most pixels along each side.
 
     Raises:
-        BadFile: If it is no whole PNG or JPEG picture, or has a side of more than ``longest`` pixels, which its header
-            says before anything is decoded.
+        BadFile: If it cannot be read, is no whole PNG or JPEG picture, or has a longer side, as its header says before
+            anything is decoded.
     """
+    content = read_input(path, _LARGEST) if content is None else content
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)

@@ -68,7 +68,7 @@ def test_what_is_unclear_or_of_another_shape_is_a_fault_that_says_so():
 @pytest.mark.parametrize(
     ("change", "why"),
     [
-        (("width = 320", "width = 32"), "width: expected at least 64"),
+        (("width = 320", "width = 32"), "width: got 32, expected at least 64"),
         (("at_1 = [40.0, 140.0]", ""), "at_1: is missing"),
         (("at_1 = [40.0, 140.0]", "at_1 = [40, 240]"), "a place outside 320 x 240 pixels"),
         (("at_1 = [40.0, 140.0]", "at_1 = [41, 91]"), "at_0 and at_1 are nearer than 8 pixels"),

@@ -21,12 +21,12 @@ from lockprobe.foundation.formatting import count
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.validation import validated
 from lockprobe.people.assignment import boxes_each, conditions_of, places_in, trials_for
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import (
     LANGUAGES,
     Experiment,
-    checked,
     kept_experiment,
     read_experiment,
     read_words,
@@ -167,7 +167,7 @@ def study_and_people(
 
     def experiment(kept_in: Path | None) -> Experiment:
         kept = read_experiment(Path(files[0])) if files else (kept_in and kept_experiment(kept_in)) or Experiment()
-        return checked(Experiment, {**kept.model_dump(), **given})
+        return validated(Experiment, {**kept.model_dump(), **given})
 
     if Path(name).is_dir() and name not in STUDIES:
         if asked or out is not None:

@@ -8,12 +8,13 @@ from functools import cache, partial
 from inspect import signature
 from math import inf
 from numbers import Integral, Real
+from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from pydantic import ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
 
 AS_WRITTEN = ConfigDict(strict=True, extra="forbid")
 """How a class is read from a file that Lockprobe has written: no value is converted, and nothing else stands there."""
@@ -53,6 +54,34 @@ def plain(message: str) -> str:
     for before, after in _WORDS:
         message = re.sub(before, after, message)
     return message
+
+
+class Written(BaseModel):
+    """Base of what a user writes into a file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+_Written = TypeVar("_Written", bound=Written)
+
+
+def validated(kind: type[_Written], given: object, path: Path | None = None) -> _Written:
+    """What a user has written, into a file if there is a path.
+
+    Raises:
+        UserMistake: If something is wrong, as BadFile if it is of a file: where, what came, what is allowed.
+    """
+    try:
+        return kind.model_validate(given)
+    except ValidationError as error:
+        first = error.errors()[0]
+    where = ".".join(map(str, first["loc"])) or "all"
+    mistake = f"{where}: {(said := plain(first['msg']))}"
+    if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
+        mistake = f"{where}: {UnknownName('key', where, kind.model_fields)}"
+    elif said.startswith("expected "):
+        mistake = str(BadValue(where, first["input"], said.removeprefix("expected ")))
+    raise UserMistake(mistake) if path is None else BadFile(path, mistake)
 
 
 class Within(NamedTuple):

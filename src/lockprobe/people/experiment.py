@@ -9,23 +9,17 @@ import hashlib
 import json
 import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from lockprobe.foundation.errors import BadFile, BadValue, UnknownName, UserMistake
+from lockprobe.foundation.errors import UnknownName
 from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
-from lockprobe.foundation.validation import plain
+from lockprobe.foundation.validation import Written, validated
 from lockprobe.studies import PEOPLE_DIRECTORY
 
 EXPERIMENT = "experiment.json"
 """The file of these settings, in the directory of people."""
-
-
-class SettingsPart(BaseModel):
-    """Base of what an experimenter writes into a file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 Text = Annotated[str, Field(min_length=1, max_length=4000)]
@@ -36,7 +30,7 @@ Code = Annotated[str, Field(max_length=100)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
-class Question(SettingsPart):
+class Question(Written):
     """A question: one of the options is chosen; without options the answer is written."""
 
     question: Text
@@ -76,7 +70,7 @@ class LastQuestion(Question):
     required: bool = False
 
 
-class Experiment(SettingsPart):
+class Experiment(Written):
     """How people take part. The example that ``lockprobe serve --write-people FILE`` writes explains each setting.
 
     None for ``trials_each`` is each condition once, for ``participants`` as many as the study has trials for.
@@ -110,37 +104,15 @@ class Experiment(SettingsPart):
         return self
 
 
-Part = TypeVar("Part", bound=SettingsPart)
-
-
-def checked(kind: type[Part], given: object, path: Path | None = None) -> Part:
-    """Settings or texts, of a file if they are of one.
-
-    Raises:
-        UserMistake: If something is wrong, as BadFile if it is of a file: where, what came, what is allowed.
-    """
-    try:
-        return kind.model_validate(given)
-    except ValidationError as error:
-        first = error.errors()[0]
-    where = ".".join(map(str, first["loc"])) or "all"
-    mistake = f"{where}: {(said := plain(first['msg']))}"
-    if first["type"] == "extra_forbidden" and len(first["loc"]) == 1:
-        mistake = f"{where}: {UnknownName('key', where, kind.model_fields)}"
-    elif said.startswith("expected "):
-        mistake = str(BadValue(where, first["input"], said.removeprefix("expected ")))
-    raise UserMistake(mistake) if path is None else BadFile(path, mistake)
-
-
 def read_experiment(path: Path) -> Experiment:
     """The settings in a user's TOML file. Raises BadFile if one is wrong."""
-    return checked(Experiment, read_toml(path), path)
+    return validated(Experiment, read_toml(path), path)
 
 
 def kept_experiment(directory: Path) -> Experiment | None:
     """The settings under which people took part in a study; None where none are stored. Raises BadFile if damaged."""
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
-    return checked(Experiment, parse_json(read_input(path), path), path) if is_there(path) else None
+    return validated(Experiment, parse_json(read_input(path), path), path) if is_there(path) else None
 
 
 _TEXTS = Path(__file__).with_name("texts")
@@ -154,7 +126,7 @@ TEXTS = "texts.toml"
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
-class Longer(SettingsPart):
+class Longer(Written):
     """A title and what stands under it.
 
     Attributes:
@@ -170,7 +142,7 @@ class Longer(SettingsPart):
     questions: Annotated[tuple[OneRight, ...], Field(max_length=20)] = ()
 
 
-class Words(SettingsPart):
+class Words(Written):
     """Everything that a participant reads.
 
     ``language`` is a BCP 47 tag for screen readers, ``page`` the buttons, labels and sentences of reports, ``changes``
@@ -225,7 +197,7 @@ def read_words(name: str) -> Words:
         BadFile: If a text is missing or wrong; the message says which.
     """
     path = words_file(name)
-    return checked(Words, read_toml(path), path)
+    return validated(Words, read_toml(path), path)
 
 
 def words_file(name: str) -> Path:

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, needing
-from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import ROBOT
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags, tag_corners
@@ -36,9 +35,6 @@ LEAST_TURN = 10.0
 """Least rotation of the hand off its most frequent axis, degrees: with less, hand-eye is wrong without a sign of it."""
 
 _FOLDS = 4
-
-_LARGEST_PICTURE = 1 << 26
-"""Bytes of a picture."""
 
 _FROM_CORNER = 0.5
 """AprilTag's refinement counts from the corner of the top left pixel, and projections from its middle; pixels."""
@@ -81,7 +77,7 @@ def calibrate(folder: Path, panel: PanelLayout, box: str, *, side: float = TAG_S
     refused: dict[str, str] = {}
     for view in views.views:
         path = folder / view.picture
-        grey = np.asarray(open_picture(read_input(path, _LARGEST_PICTURE), path).convert("L"))
+        grey = np.asarray(open_picture(path).convert("L"))
         if grey.shape != (views.camera.height, views.camera.width):
             size, wanted = grey.shape[::-1], (views.camera.width, views.camera.height)
             raise BadFile(path, f"{size[0]} x {size[1]} pixels; the camera has {wanted[0]} x {wanted[1]}")

@@ -19,18 +19,18 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import AfterValidator, AwareDatetime, Field, FiniteFloat
 from scipy.spatial.transform import Rotation
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.foundation.validation import plain
+from lockprobe.foundation.validation import Written, validated
 from lockprobe.trial.record import Fact
 from lockprobe_robot.box_model.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.box_model.tag_layout import board_checksum
@@ -79,11 +79,7 @@ def array_of(rows: PoseRows) -> Pose:
     return pose
 
 
-class _Of(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Intrinsics(_Of):
+class Intrinsics(Written):
     """A pinhole camera in pixels from the middle of the top left one, with OpenCV's distortion (k1, k2, p1, p2, k3)."""
 
     width: int
@@ -98,21 +94,21 @@ class Intrinsics(_Of):
         return np.array([[self.focal[0], 0, self.centre[0]], [0, self.focal[1], self.centre[1]], [0, 0, 1]])
 
 
-class CalibrationView(_Of):
+class CalibrationView(Written):
     """One view: the file name of a picture in the folder, and the pose of the hand in the robot's base, metres."""
 
     picture: Annotated[str, Field(pattern=r"^[\w-][\w.-]{0,99}$")]
     hand: PoseRows
 
 
-class Views(_Of):
+class Views(Written):
     """The content of ``views.json``."""
 
     camera: Intrinsics
     views: Annotated[tuple[CalibrationView, ...], Field(min_length=1, max_length=1000)]
 
 
-class Calibration(_Of):
+class Calibration(Written):
     """A calibration: poses of camera and board, with errors and provenance.
 
     Attributes:
@@ -143,19 +139,6 @@ class Calibration(_Of):
     reprojection_px: _Positive
 
 
-_Content = TypeVar("_Content", bound=BaseModel)
-
-
-def _read(kind: type[_Content], path: Path) -> _Content:
-    data = parse_json(read_input(path, _LARGEST), path)
-    try:
-        return kind.model_validate(data)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or path.name
-        raise BadFile(path, printable(f"{where}: {plain(first['msg'])}")) from None
-
-
 def read_views(folder: Path) -> Views:
     """Read ``views.json`` in a folder.
 
@@ -163,7 +146,7 @@ def read_views(folder: Path) -> Views:
         BadFile: If the file is missing, has another form, or names a picture twice.
     """
     path = folder / VIEWS_FILE
-    found = _read(Views, path)
+    found = validated(Views, parse_json(read_input(path, _LARGEST), path), path)
     if len(found.camera.distortion) not in (0, 4, 5, 8):
         raise BadFile(path, f"camera.distortion: {len(found.camera.distortion)} numbers; expected none, 4, 5 or 8")
     names = [view.picture for view in found.views]
@@ -182,14 +165,15 @@ def calibrated_board(box: Lockbox, path: Path | str) -> tuple[PanelLayout, Mappi
             :data:`TOLERATED_MM`.
     """
     path, panel = Path(path), lay_out_panel(box)
-    found, again = _read(Calibration, path), "run lockprobe rig calibrate again"
+    content, again = read_input(path, _LARGEST), "run lockprobe rig calibrate again"
+    found = validated(Calibration, parse_json(content, path), path)
     if found.board != board_checksum(panel):
         raise BadFile(path, f"a calibration of another board (box {printable(found.box)}): {again}")
     if not found.held_out_mm <= TOLERATED_MM:
         error_mm = f"hold-out error {found.held_out_mm:.1f} mm, but the arm tolerates {TOLERATED_MM:g} mm"
         raise BadFile(path, f"{error_mm}: {again} with more views and more rotation")
     facts: dict[str, Fact] = {
-        "calibration_sha256": hashlib.sha256(read_input(path)).hexdigest(),
+        "calibration_sha256": hashlib.sha256(content).hexdigest(),
         "calibration_held_out_mm": round(found.held_out_mm, 3),
     }
     return replace(panel, pose=array_of(found.board_in_base)), facts

@@ -11,17 +11,17 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Protocol
+from typing import Annotated, Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import ImageOps
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import Field, FiniteFloat
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, PlantFault
-from lockprobe.foundation.inputs import read_input, read_toml
-from lockprobe.foundation.validation import plain
+from lockprobe.foundation.inputs import read_toml
+from lockprobe.foundation.validation import Written, validated
 from lockprobe.plants.manual import ENTER, Manual, Operator, ask_to_begin
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.picture_reader import clear_positions
@@ -36,9 +36,6 @@ _NEAREST = 8.0
 """Pixels between the two places of a handle, at least."""
 
 _KINDS = (".png", ".jpg", ".jpeg")
-
-_LARGEST = 1 << 26
-"""Bytes of a picture."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -98,7 +95,7 @@ class FolderCamera:
             raise PlantFault(f"there is no new picture in {self._folder} (PNG or JPEG)")
         path = newest[2]
         try:
-            picture = open_picture(read_input(path, _LARGEST), path)
+            picture = open_picture(path)
         except BadFile as bad:
             raise PlantFault(str(bad)) from None
         self._used = newest
@@ -117,15 +114,14 @@ class FolderCamera:
 _Place = tuple[Annotated[FiniteFloat, Field(ge=0)], Annotated[FiniteFloat, Field(ge=0)]]
 
 
-class HandlePlaces(BaseModel):
+class HandlePlaces(Written):
     """The places of a handle: column and row in pixels from the top left, at position 0 and at position 1."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     at_0: _Place
     at_1: _Place
 
 
-class ImageHandles(BaseModel):
+class ImageHandles(Written):
     """The places of the handles in the pictures of a fixed camera.
 
     Attributes:
@@ -134,7 +130,6 @@ class ImageHandles(BaseModel):
         joints: Joint -> the places of its handle, in panel order.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     width: Annotated[int, Field(ge=64, le=4096)]
     height: Annotated[int, Field(ge=64, le=4096)]
     joints: dict[str, HandlePlaces]
@@ -149,14 +144,10 @@ def read_handles(path: Path, box: Lockbox) -> ImageHandles:
     if not path.exists():
         raise BadFile(path, "no such file; it says where pictures show the handles (robot/docs/robot.md)")
     said = read_toml(path)
-    size = {name: said.pop(name) for name in ("width", "height") if name in said}
+    given: dict[str, Any] = {name: said.pop(name) for name in ("width", "height") if name in said}
     if said.keys() != set(box.names):
         raise BadFile(path, f"got the joints {', '.join(said) or 'none'}, expected {', '.join(box.names)}")
-    try:
-        found = ImageHandles.model_validate({**size, "joints": {name: said[name] for name in box.names}})
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {plain(first['msg'])}") from None
+    found = validated(ImageHandles, given | {"joints": {name: said[name] for name in box.names}}, path)
     for name, places in found.joints.items():
         if any(column >= found.width or row >= found.height for column, row in (places.at_0, places.at_1)):
             raise BadFile(path, f"{name}: a place outside {found.width} x {found.height} pixels")

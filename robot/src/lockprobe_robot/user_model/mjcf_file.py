@@ -181,7 +181,7 @@ class MjcfModel:
             _, content = self._read(path)
             given = f"asset-{len(assets)}-{path.stem}{suffix}"
             if suffix == ".png":  # with its pixels alone, so that MuJoCo unpacks nothing else
-                picture, plain = open_picture(content, path, longest=_LONGEST_SIDE), BytesIO()
+                picture, plain = open_picture(path, content, longest=_LONGEST_SIDE), BytesIO()
                 kept = PngImagePlugin.PngInfo()
                 if "srgb" in picture.info:
                     kept.add(b"sRGB", bytes([picture.info["srgb"]]))
