@@ -9,10 +9,10 @@ where it was. The wiggle is the furthest that a locked joint gives way, as a fra
 from __future__ import annotations
 
 import argparse
+import itertools
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 import numpy as np
 from lockprobe_robot.box_model.joints import RESTING
@@ -57,10 +57,7 @@ def random_interlock(number: int, rng: np.random.Generator) -> Lockbox:
 class Watched(Mechanism):
     """A mechanism that remembers how far its joints have been from where they rested."""
 
-    def __init__(self, scene: LockboxScene) -> None:
-        super().__init__(scene)
-        self.rested = self.fractions()
-        self.strayed = np.zeros(len(self.rested))
+    rested = strayed = 0.0
 
     def step(self) -> None:
         """One step."""
@@ -69,69 +66,47 @@ class Watched(Mechanism):
 
     def rest(self) -> None:
         """Forget."""
-        self.rested = np.array(self.configuration(), dtype=float)
-        self.strayed[:] = 0
+        self.rested, self.strayed = np.array(self.configuration(), dtype=float), np.zeros(len(self.names))
 
 
-@dataclass
-class Tally:
-    """What was counted."""
-
-    pushes: int = 0
-    locked: int = 0
-    leaks: int = 0
-    jams: int = 0
-    neighbours: int = 0
-    wiggles: list[float] = field(default_factory=list)
-    steps: float = 0
-    seconds: float = 0
-
-
-def pushed(box: Lockbox, pushes: int, newtons: float, rng: np.random.Generator, tally: Tally) -> None:
-    """Push the joints of one box at random, from random configurations."""
-    size = len(box.joints)
-    mechanism = Watched(build_scene(box, labels=box.names, settings=SceneSettings(), rng=rng))
-    model, data = mechanism.model, mechanism.data
+def pushed(box: Lockbox, pushes: int, newtons: float, rng: np.random.Generator) -> np.ndarray:
+    """Push the joints of one box at random, from random configurations; a row a push, as ``COUNTED`` says."""
+    scene = build_scene(box, labels=box.names, settings=SceneSettings(), rng=rng)
+    mechanism, size, rows = Watched(scene), len(box.joints), []
     mechanism.set_configuration(box.initial)
     for number in range(pushes):
         if number % 10 == 9:
             mechanism.set_configuration(tuple(bool(x) for x in rng.integers(0, 2, size)))
         before, joint = mechanism.configuration(), int(rng.integers(size))
         mechanism.rest()
-        since, clock = data.time, time.perf_counter()
+        since, clock = mechanism.data.time, time.perf_counter()
         mechanism.push(joint, newtons)
-        tally.seconds += time.perf_counter() - clock
-        moved = mechanism.configuration()[joint] != before[joint]
-        tally.steps += (data.time - since) / model.opt.timestep
-        _, should = box.attempt(before, joint)
-        end = np.abs(mechanism.fractions() - (not before[joint]))[joint]
-        others = np.delete(mechanism.strayed, joint)
-        tally.pushes += 1
-        tally.locked += not should
-        tally.leaks += moved and not should
-        tally.jams += should and (not moved or end > RESTING)
-        tally.neighbours += bool((others > RESTING).any())
-        if not should:
-            tally.wiggles.append(float(mechanism.strayed[joint]))
-        if mechanism.configuration() != box.attempt(before, joint)[0] or not mechanism.resting():
-            mechanism.set_configuration(box.attempt(before, joint)[0])
+        seconds, steps = time.perf_counter() - clock, (mechanism.data.time - since) / mechanism.model.opt.timestep
+        found, (after, free) = mechanism.configuration(), box.attempt(before, joint)
+        moved, end = found[joint] != before[joint], abs(mechanism.fractions()[joint] - (not before[joint]))
+        jam, strayed = free and (not moved or end > RESTING), mechanism.strayed
+        neighbour, wiggle = (np.delete(strayed, joint) > RESTING).any(), 0.0 if free else strayed[joint]
+        rows.append((1, not free, moved and not free, jam, neighbour, wiggle, steps, seconds))
+        if found != after or not mechanism.resting():
+            mechanism.set_configuration(after)
+    return np.array(rows, dtype=float)
 
 
-def buildable(count: int, seed: int) -> Iterator[Lockbox]:
+COUNTED = ("pushes", "locked", "leaks", "jams", "neighbours", "wiggle", "steps", "seconds")
+
+
+def buildable(count: int, seed: int) -> Iterator[tuple[Lockbox, LockboxScene]]:
     """So many interlocks that can be built; says of the others why not."""
-    number, found = 0, 0
-    while found < count:
+    found = 0
+    for number in itertools.count():
+        if found == count:
+            return
         box = random_interlock(number, np.random.default_rng([seed, number]))
-        number += 1
         try:
-            build_scene(
-                box, labels=tuple("ABCDEFGH"[: len(box.joints)]), settings=SceneSettings(), rng=np.random.default_rng(0)
-            )
+            yield box, build_scene(box, labels=box.names, settings=SceneSettings(), rng=np.random.default_rng(0))
+            found += 1
         except BadValue as refusal:
             print(f"{box.name} with {len(box.joints)} joints is refused: {refusal}")
-            continue
-        found += 1
-        yield box
 
 
 def main() -> None:
@@ -143,28 +118,23 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     boxes = list(buildable(asked.interlocks, asked.seed))
-    kinds: Counter[str] = Counter()
-    alternatives = 0
-    for box in boxes:
-        for gate in build_scene(
-            box, labels=tuple("ABCDEFGH"[: len(box.joints)]), settings=SceneSettings(), rng=np.random.default_rng(0)
-        ).gates:
-            alternatives += len(gate.literals) > 1
-            for other, _ in gate.literals:
-                kinds[f"{box.joints[gate.joint].kind} <- {box.joints[other].kind}"] += 1
+    gates = [(box, gate) for box, scene in boxes for gate in scene.gates]
+    joints = [(box.joints[gate.joint], box.joints[other]) for box, gate in gates for other, _ in gate.literals]
+    kinds = Counter(f"{locked.kind} <- {other.kind}" for locked, other in joints)
     pairs = ", ".join(f"{count} {kind}" for kind, count in sorted(kinds.items()))
+    alternatives = sum(len(gate.literals) > 1 for _, gate in gates)
     print(f"{len(boxes)} interlocks; {pairs}; {alternatives} gates with alternatives")
     print("newtons  pushes  locked  leaks  jams  neighbours  wiggle mean  max   ms/push  us/step")
-    for newtons in (float(part) for part in asked.newtons.split(",")):
-        tally = Tally()
-        for number, box in enumerate(boxes):
-            pushed(box, asked.pushes, newtons, np.random.default_rng([asked.seed, number, 1]), tally)
-        row = [f"{newtons:7.0f}"]
-        row += [f"{n:7d}" for n in (tally.pushes, tally.locked)]
-        row += [f"{tally.leaks:6d}", f"{tally.jams:5d}", f"{tally.neighbours:11d}"]
-        row += [f"{np.mean(tally.wiggles):12.4f}", f"{max(tally.wiggles):6.4f}"]
-        row += [f"{1000 * tally.seconds / tally.pushes:8.2f}", f"{1e6 * tally.seconds / tally.steps:8.1f}"]
-        print(" ".join(row))
+    for newtons in map(float, asked.newtons.split(",")):
+        streams = [np.random.default_rng([asked.seed, number, 1]) for number in range(len(boxes))]
+        rows = [pushed(box, asked.pushes, newtons, rng) for (box, _), rng in zip(boxes, streams, strict=True)]
+        found = dict(zip(COUNTED, np.concatenate(rows).T, strict=True))
+        pushes, locked, leaks, jams, neighbours, wiggle, steps, seconds = (one.sum() for one in found.values())
+        print(
+            f"{newtons:7.0f} {pushes:7.0f} {locked:7.0f} {leaks:6.0f} {jams:5.0f} {neighbours:11.0f} "
+            f"{wiggle / locked:12.4f} {found['wiggle'].max():6.4f} "
+            f"{1000 * seconds / pushes:8.2f} {1e6 * seconds / steps:8.1f}"
+        )
 
 
 if __name__ == "__main__":
