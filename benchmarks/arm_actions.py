@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections import Counter
-from dataclasses import dataclass, field
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -38,19 +37,6 @@ CONDITIONS = {
 STEPS, TOGETHER = 500, 10
 
 
-@dataclass
-class Tally:
-    """What came of many attempts."""
-
-    verdicts: Counter[tuple[str, str]] = field(default_factory=Counter)
-    against_rules: int = 0
-    faults: list[str] = field(default_factory=list)
-    simulated: list[float] = field(default_factory=list)
-    spent: list[float] = field(default_factory=list)
-    plain: list[float] = field(default_factory=list)
-    peaks: dict[str, list[float]] = field(default_factory=lambda: {"moved": [], "blocked": []})
-
-
 def main() -> None:
     """Print one row per condition."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -64,15 +50,18 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|---|---|---|")
     for name in [arguments.only] if arguments.only else CONDITIONS:
         try:
-            print(row(name, attempts(puzzle, TwinSettings(**CONDITIONS[name]), arguments.actions)), flush=True)
+            print(row(name, *attempts(puzzle, TwinSettings(**CONDITIONS[name]), arguments.actions)), flush=True)
         except BadValue as refusal:
             print(f"| {name} | refused: {refusal} |", flush=True)
 
 
-def attempts(puzzle: Lockbox, settings: TwinSettings, count: int) -> Tally:
-    """Attempt random joints in random configurations, and time plain steps now and then meanwhile."""
-    tally, rng = Tally(), np.random.default_rng(7)
-    twin = fresh(puzzle, settings, 0)
+def attempts(puzzle: Lockbox, settings: TwinSettings, count: int) -> tuple[list[dict[str, Any]], list[float], int]:
+    """Attempt random joints in random configurations, and time plain steps now and then meanwhile.
+
+    Returned is what came of each attempt, the seconds of plain steps, and how many attempts broke.
+    """
+    made, plain, broken = [], [], 0
+    rng, twin = np.random.default_rng(7), fresh(puzzle, settings, 0)
     for number in range(count):
         configuration = tuple(bool(bit) for bit in rng.integers(0, 2, len(puzzle.joints)))
         joint = int(rng.integers(len(puzzle.joints)))
@@ -80,21 +69,18 @@ def attempts(puzzle: Lockbox, settings: TwinSettings, count: int) -> Tally:
             twin = fresh(puzzle, settings, number)
         twin.put(configuration)
         if number % 10 == 0:
-            tally.plain.append(plain_step(twin))
+            plain.append(plain_step(twin))
         after, moves = puzzle.attempt(configuration, joint)
         began = time.process_time()
         try:
             snapshot = twin.attempt(joint)
-        except PlantFault as fault:
-            tally.faults.append(str(fault))
+        except PlantFault:
+            broken += 1
             twin = fresh(puzzle, settings, number)
             continue
-        tally.spent.append(time.process_time() - began)
-        tally.simulated.append(float(str(snapshot.sensed["seconds"])))
-        tally.verdicts["moved" if moves else "blocked", str(snapshot.sensed["verdict"])] += 1
-        tally.peaks["moved" if moves else "blocked"].append(float(str(snapshot.sensed["peak_force"])))
-        tally.against_rules += snapshot.configuration != after
-    return tally
+        as_ruled = {"rule": "moved" if moves else "blocked", "as_ruled": snapshot.configuration == after}
+        made.append({**snapshot.sensed, **as_ruled, "spent": time.process_time() - began})
+    return made, plain, broken
 
 
 def fresh(puzzle: Lockbox, settings: TwinSettings, seed: int) -> Twin:
@@ -122,28 +108,21 @@ def plain_step(twin: Twin) -> float:
     return spent / STEPS
 
 
-def row(name: str, tally: Tally) -> str:
+def row(name: str, made: list[dict[str, Any]], plain: list[float], broken: int) -> str:
     """One line of the table."""
-    right = sum(count for (rule, verdict), count in tally.verdicts.items() if rule == verdict)
-    total = sum(tally.verdicts.values())
-
-    def share(rule: str) -> str:
-        told = {verdict: count for (wanted, verdict), count in tally.verdicts.items() if wanted == rule}
-        return f"{told.get(rule, 0)}/{sum(told.values())}"
-
-    moved, blocked = tally.peaks["moved"], tally.peaks["blocked"]
-    steps = np.mean(tally.simulated) / 0.002
+    spent, simulated = ([one[what] for one in made] for what in ("spent", "seconds"))
+    free, locked = ([one for one in made if one["rule"] == rule] for rule in ("moved", "blocked"))
+    right = [f"{sum(one['verdict'] == one['rule'] for one in of)}/{len(of)}" for of in (made, free, locked)]
+    moved, blocked = ([one["peak_force"] for one in of] for of in (free, locked))
     cells = [
         name,
-        f"{right}/{total}",
-        share("moved"),
-        share("blocked"),
-        f"{total - tally.against_rules}/{total}",
-        str(len(tally.faults)),
-        f"{np.mean(tally.simulated):.2f}",
-        f"{np.mean(tally.spent):.3f} ({np.max(tally.spent):.3f})",
-        f"{np.sum(tally.simulated) / np.sum(tally.spent):.0f}",
-        f"{np.mean(tally.spent) / (np.median(tally.plain) * steps):.1f}",
+        *right,
+        f"{sum(one['as_ruled'] for one in made)}/{len(made)}",
+        str(broken),
+        f"{np.mean(simulated):.2f}",
+        f"{np.mean(spent):.3f} ({np.max(spent):.3f})",
+        f"{np.sum(simulated) / np.sum(spent):.0f}",
+        f"{np.mean(spent) / (np.median(plain) * np.mean(simulated) / 0.002):.1f}",
         f"{np.mean(moved):.1f} ({np.max(moved):.1f})",
         f"{np.mean(blocked):.1f} ({np.min(blocked):.1f})",
     ]
