@@ -42,10 +42,10 @@ def replay(
         print(printable(film.note), file=sys.stderr)
     if film.differs is not None:
         print(printable(f"lockprobe: {film.differs}"), file=sys.stderr)
-    size = film.path.stat().st_size
-    agrees = f", every one of {len(trial.steps)} steps as recorded" if film.plant and film.differs is None else ""
+    size = out.stat().st_size
+    agrees = f", every one of {len(trial.steps)} steps as recorded" if film.differs is None else ""
     megabytes = f"{size / 1e6:.2g} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
-    print(f"Film: {film.path} ({film.pictures} pictures, {megabytes}{agrees})")
+    print(f"Film: {out} ({film.pictures} pictures, {megabytes}{agrees})")
 
 
 def _story(trial: Trial) -> Iterator[str]:

@@ -61,16 +61,12 @@ class Film:
     """A finished film.
 
     Attributes:
-        path: The file.
         pictures: Number of pictures.
-        plant: Spec of the plant.
         differs: The first difference of the replay from the record, in one line; None without a difference.
         note: What the film shows in the place of the trial's plant, in one sentence; empty if it is that plant.
     """
 
-    path: Path
     pictures: int
-    plant: str
     differs: str | None
     note: str = ""
 
@@ -117,7 +113,7 @@ def make_film(directory: Path, trial: Trial, path: Path, *, tell: Callable[[str]
     finally:
         recorder.close()
         file.close()
-    return Film(path=path, pictures=recorder.pictures, plant=source.spec, differs=differs, note=note)
+    return Film(pictures=recorder.pictures, differs=differs, note=note)
 
 
 def plan_of(study: Study, trial: Trial) -> Plan:
