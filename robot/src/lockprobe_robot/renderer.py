@@ -38,12 +38,7 @@ _opened: list[int] = []
 
 
 class Renderer:
-    """A renderer of a model, for one thread.
-
-    Args:
-        model: What to draw.
-        width: Pixels.
-        height: Pixels.
+    """A renderer of a model, for one thread; sizes are in pixels.
 
     Attributes:
         name: The platform, with versions and driver.
@@ -84,10 +79,7 @@ class Renderer:
 
     def pose(self, data: mujoco.MjData) -> mujoco.MjData:
         """Take over a state of the model, which keeps every bit, and compute all poses in :attr:`seen`."""
-        everything = mujoco.mjtState.mjSTATE_PHYSICS | mujoco.mjtState.mjSTATE_USER
-        state = np.empty(mujoco.mj_stateSize(self._model, everything))
-        mujoco.mj_getState(self._model, data, state, everything)
-        mujoco.mj_setState(self._model, self.seen, state, everything)
+        mujoco.mj_copyData(self.seen, self._model, data)
         mujoco.mj_kinematics(self._model, self.seen)
         mujoco.mj_comPos(self._model, self.seen)
         mujoco.mj_camlight(self._model, self.seen)

@@ -164,9 +164,7 @@ def test_a_lock_that_gives_too_far_is_to_be_closed(tmp_path):
     joints = tuple(Joint(name=name, kind="prismatic") for name in ("bolt", "pin"))
     lock = {"bolt": ({"pin": True},)}
     two = Lockbox(name="two", joints=joints, interlock=lock, initial=(False, False), target="bolt")
-    said = (
-        "the rules lock it, and bolt moves 50% of its travel before something holds it (bolt 0.50, pin 0.00): close the"
-    )
+    said = "the rules lock it, and bolt moves 50% of its travel before something holds it (bolt 0.50, pin 0.00): close"
     assert said in refused(path, two)
 
 
@@ -252,11 +250,8 @@ def test_a_study_does_not_go_on_with_another_model(tmp_path):
         pass
     path.write_text(OWN.read_text("utf-8").replace("0.62", "0.6"), "utf-8")
     changed = lockprobe.study("flips", plant=f"twin?model={path}", **options)
-    with (
-        pytest.raises(SettingsChanged, match=r"plant is 'twin\?model=.*digest="),
-        Journal.open(tmp_path / "S", changed),
-    ):
-        pass
+    with pytest.raises(SettingsChanged, match=r"plant is 'twin\?model=.*digest="):
+        Journal.open(tmp_path / "S", changed).__enter__()
     with pytest.raises(BadFile, match="another model: its digest is [0-9a-f]{16}, [0-9a-f]{16} was asked for"):
         resolve_plant(planned.plant).check(planned.box)
     path.unlink()

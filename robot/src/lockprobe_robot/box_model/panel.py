@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from typing import TypeVar
 
 import numpy as np
@@ -66,21 +66,21 @@ class PanelLayout:
 
     Attributes:
         size: Width and height, metres.
-        tilt: Angle from lying flat, towards the robot, radians.
-        depth: Depth of the case behind the board, metres.
         mounted_joints: The joints in panel order.
         labels: Position of each joint's label, shape (joints, 2), metres in the frame of the panel.
         letter: Height of a label's capital letter, metres.
+        tilt: Angle from lying flat, towards the robot, radians.
+        depth: Depth of the case behind the board, metres.
         pose: Pose of the panel in the world, shape (4, 4), metres.
     """
 
     size: tuple[float, float]
-    tilt: float
-    depth: float
     mounted_joints: tuple[MountedJoint, ...]
     labels: NDArray[np.float64]
     letter: float
-    pose: NDArray[np.float64]
+    tilt: float = 0.0
+    depth: float = 0.0
+    pose: NDArray[np.float64] = field(default_factory=partial(np.eye, 4))
 
     @property
     def handles(self) -> NDArray[np.float64]:
@@ -108,23 +108,15 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
         BadValue: If no board within reach has room for the joints, because they are too close together.
     """
     lean = math.radians(tilt)
-    size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(lean), 3))
+    flat = _laid_out(box.joints, round(camera_angle(lean), 3))
     # in front of the robot, the case above the ground; a steeper panel stands higher, because the arm cannot bend its
     # hand under a low, steep panel
     sine, cosine = math.sin(lean), math.cos(lean)
-    lowest = 0.5 * size[1] * sine + depth * cosine
+    lowest = 0.5 * flat.size[1] * sine + depth * cosine
     pose = np.eye(4)
     pose[:3, :3] = np.array([(0, -1, 0), (cosine, 0, sine), (-sine, 0, cosine)]).T
     pose[:3, 3] = (0.5, 0, max(_HEIGHT, lowest + 0.03, _HEIGHT + _RAISED * (lean - math.radians(20))))
-    panel = PanelLayout(
-        size=size,
-        tilt=lean,
-        depth=depth,
-        mounted_joints=mounted_joints,
-        labels=np.array(labels),
-        letter=letter,
-        pose=pose,
-    )
+    panel = replace(flat, tilt=lean, depth=depth, pose=pose)
     tops = panel.in_world(panel.handles.reshape(-1, 3))
     away = np.hypot(tops[:, 0], tops[:, 1])
     if away.max() > _FAR or away.min() < _NEAR:
@@ -135,10 +127,8 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
 
 
 @lru_cache(maxsize=64)
-def _laid_out(
-    joints: tuple[Joint, ...], angle: float
-) -> tuple[tuple[float, float], tuple[MountedJoint, ...], tuple[tuple[float, float], ...], float]:
-    """Size of the board, mounted joints, positions of labels, height of a letter."""
+def _laid_out(joints: tuple[Joint, ...], angle: float) -> PanelLayout:
+    """A board of joints that lies flat, without a case, for a camera at an angle to its normal."""
     places = np.array([joint.place for joint in joints])
 
     def regret(size: tuple[float, float]) -> float:
@@ -159,7 +149,7 @@ def _laid_out(
             letter = share * max(size[0], _ASPECT * size[1])
             labels = _labelled(mounted_joints, size, letter, angle)
             if labels is not None:
-                return size, mounted_joints, labels, letter
+                return PanelLayout(size=size, mounted_joints=mounted_joints, labels=np.array(labels), letter=letter)
     widest = max(_SIZES)
     raise BadValue(
         "places of the joints",

@@ -52,7 +52,6 @@ class MjcfModel:
     """A user's model with the files that it refers to, read and not compiled yet.
 
     Args:
-        path: The file.
         wanted: The digest that it must have; empty for any.
 
     Attributes:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadValue, PlantFault
@@ -32,15 +31,11 @@ _UNSTABLE = (
     mujoco.mjtWarning.mjWARN_BADQACC,
 )
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-
 
 class ModelJoints(Joints):
     """The joints of a box in a user's model, found by their names.
 
     Args:
-        model: The compiled model.
-        box: The box whose joints it has.
         force: Push on a sliding joint, newtons.
         torque: Push on a turning joint, newton metres.
 
@@ -102,18 +97,6 @@ class ModelJoints(Joints):
                 break
         data.qfrc_applied[dof] = 0
         self.settle()
-
-    def saved(self) -> NDArray[np.float64]:
-        """The whole state, for :meth:`restore`."""
-        state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
-        mujoco.mj_getState(self.model, self.data, state, _STATE)
-        return state
-
-    def restore(self, state: NDArray[np.float64]) -> None:
-        """Restore a saved state, from which the simulation is stable."""
-        for kind in _UNSTABLE:
-            self.data.warning[kind].number = 0
-        mujoco.mj_setState(self.model, self.data, state, _STATE)
 
     def step(self) -> None:
         """One step of the simulation.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -30,13 +31,9 @@ _LETTER = 0.05
 
 
 class UserModel(SimulatedPlant):
-    """A user's model of a box as a plant.
+    """A user's model of a box as a plant, which finds joints by their names and draws labels over pictures.
 
-    Args:
-        box: The box; its joints are found in the model by their names.
-        labels: Labels of the joints, in panel order; they are drawn over pictures.
-        settings: The file, the strength of a push, the camera.
-        rng: The trial's random stream for the plant; the camera draws from a child of it.
+    The camera draws from a child of ``rng``.
 
     Raises:
         BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
@@ -125,13 +122,13 @@ def check_model(box: Lockbox, settings: UserModelSettings) -> int:
     except PlantFault as fault:
         raise BadFile(settings.model, str(fault)) from None
     rng = np.random.default_rng(0)
-    frontier = [(box.initial, joints.saved())]
+    frontier = [(box.initial, copy.copy(joints.data))]
     known, checked = {box.initial}, 0
     while frontier and checked < MOST_CONFIGURATIONS:
         before, state = frontier.pop(int(rng.integers(len(frontier))))
         checked += 1
         for joint, name in enumerate(box.names):
-            joints.restore(state)
+            mujoco.mj_copyData(joints.data, joints.model, state)
             allowed, why = box.may_move(before, joint), ""
             try:
                 joints.push(joint)
@@ -147,5 +144,5 @@ def check_model(box: Lockbox, settings: UserModelSettings) -> int:
                 )
             if name != box.target and after not in known:
                 known.add(after)
-                frontier.append((after, joints.saved()))
+                frontier.append((after, copy.copy(joints.data)))
     return checked
