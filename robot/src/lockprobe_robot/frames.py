@@ -15,7 +15,7 @@ import numpy as np
 
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
-from lockprobe.foundation.storage.atomic_file import refuse_links, writing
+from lockprobe.foundation.storage.atomic_file import make_directory, refuse_links, writing
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.read_records import load
@@ -51,8 +51,7 @@ def write_frames(directory: Path, out: Path, *, only: str, tell: Callable[[str],
     study = read_study(directory)
     refuse_links(out)
     count, target = 0, out.resolve()
-    with writing(out):
-        target.parent.mkdir(parents=True, exist_ok=True)
+    make_directory(target.parent)
     with writing(out), TemporaryDirectory(prefix=".", suffix=".draft", dir=target.parent) as made:
         draft = Path(made, "frames")
         for kind in ("rgb", "depth"):

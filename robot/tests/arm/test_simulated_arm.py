@@ -8,6 +8,7 @@ import pytest
 from lockprobe_robot.arm.inverse_kinematics import InverseKinematics
 from lockprobe_robot.arm.model import HOME, add_arm, add_hand
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
+from lockprobe_robot.calibration.calibration_file import pose_of
 from scipy.spatial.transform import Rotation
 
 from lockprobe.foundation.errors import PlantFault
@@ -32,9 +33,7 @@ def forward(angles):
     ]  # fmt: skip
     for (a, d, alpha), theta in zip(table, [*angles, 0.0], strict=True):
         for turn, shift in ((Rotation.from_euler("x", alpha), (a, 0, 0)), (Rotation.from_euler("z", theta), (0, 0, d))):
-            step = np.eye(4)
-            step[:3, :3], step[:3, 3] = turn.as_matrix(), shift
-            pose = pose @ step
+            pose = pose @ pose_of(turn.as_matrix(), np.array(shift))
     return pose
 
 

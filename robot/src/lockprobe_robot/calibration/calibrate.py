@@ -22,7 +22,15 @@ from lockprobe.foundation.errors import BadFile, BadValue, Missing, needing
 from lockprobe.foundation.plugins import ROBOT
 from lockprobe_robot.box_model.panel import PanelLayout
 from lockprobe_robot.box_model.tag_layout import TAG_SIDE, board_checksum, place_tags, tag_corners
-from lockprobe_robot.calibration.calibration_file import Calibration, Intrinsics, Pose, array_of, is_rigid, read_views
+from lockprobe_robot.calibration.calibration_file import (
+    Calibration,
+    Intrinsics,
+    Pose,
+    array_of,
+    is_rigid,
+    pose_of,
+    read_views,
+)
 from lockprobe_robot.picture_file import open_picture
 
 FEWEST_TAGS = 3
@@ -141,12 +149,12 @@ def solved(seen: Sequence[BoardView]) -> tuple[Pose, Pose]:
         [view.board[:3, 3] for view in seen],
         method=cv2.CALIB_HAND_EYE_PARK,  # by its name: OpenCV ignores it in its place
     )
-    eye = _pose(turn, shift)
+    eye = pose_of(turn, shift)
     if not is_rigid(eye) or np.array_equal(eye, np.eye(4)):
         expected = "views with more rotation, and tags in their places: no pose of the camera is found"
         raise BadValue("views", len(seen), expected)
     boards = np.array([view.hand @ eye @ view.board for view in seen])
-    return eye, _pose(Rotation.from_matrix(boards[:, :3, :3]).mean().as_matrix(), boards[:, :3, 3].mean(axis=0))
+    return eye, pose_of(Rotation.from_matrix(boards[:, :3, :3]).mean().as_matrix(), boards[:, :3, 3].mean(axis=0))
 
 
 def _held_out(seen: Sequence[BoardView], tags: NDArray[np.float64]) -> list[float]:
@@ -200,13 +208,7 @@ def board_pose(
     turn, shift = cv2.solvePnPRefineLM(points, pixels, *lens, turns[0], shifts[0])
     seen, _ = cv2.projectPoints(points, turn, shift, *lens)
     missed = float(np.sqrt(((seen.reshape(-1, 2) - pixels) ** 2).sum(1).mean()))
-    return _pose(cv2.Rodrigues(turn)[0], shift), missed
-
-
-def _pose(turn: NDArray[np.float64], shift: NDArray[np.float64]) -> Pose:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn, shift.ravel()
-    return pose
+    return pose_of(cv2.Rodrigues(turn)[0], shift), missed
 
 
 @cache

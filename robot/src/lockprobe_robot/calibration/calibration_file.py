@@ -73,9 +73,14 @@ PoseRows = Annotated[tuple[_Row, _Row, _Row, _Row], AfterValidator(_rigid)]
 
 def array_of(rows: PoseRows) -> Pose:
     """A pose from a file, with its rotation made exactly orthogonal, shape (4, 4)."""
+    given = np.array(rows)
+    return pose_of(Rotation.from_matrix(given[:3, :3]).as_matrix(), given[:3, 3])
+
+
+def pose_of(turn: NDArray[np.float64], shift: NDArray[np.float64]) -> Pose:
+    """The pose of a rotation, shape (3, 3), and a position."""
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_matrix(np.array(rows)[:3, :3]).as_matrix()
-    pose[:3, 3] = np.array(rows)[:3, 3]
+    pose[:3, :3], pose[:3, 3] = turn, shift.ravel()
     return pose
 
 

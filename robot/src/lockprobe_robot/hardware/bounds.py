@@ -20,7 +20,8 @@ from typing import IO, Final, TypeVar
 
 import numpy as np
 
-from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, PlantFault, kind_and_words
+from lockprobe.foundation.errors import BadValue, LockprobeError, PlantFault, kind_and_words
+from lockprobe.foundation.storage.atomic_file import writing
 from lockprobe.plants.manual import Operator
 from lockprobe.trial.record import Fact
 from lockprobe_robot.arm.protocol import StoppableArm, Vector
@@ -72,15 +73,13 @@ class Bounded:
     motion after a stop, the operator has to agree.
 
     Args:
-        arm: The arm.
-        bounds: Its limits.
         operator: The person who agrees to motions.
         log: A file to which every command is added, as a line of JSON; None for none.
         clock: A monotonic clock, seconds; tests pass a fake one.
 
     Attributes:
         period: Duration of one call of :meth:`follow`, seconds.
-        facts: The limits, for the record.
+        facts: What the arm says of itself, and the limits, for the record.
         stops: Number of stops so far.
         commands: Number of commands of a move, :meth:`follow`.
         late: Those of them that took longer than 1.5 periods.
@@ -101,16 +100,15 @@ class Bounded:
         self._arm, self._bounds, self._operator, self._clock, self.period = arm, bounds, operator, clock, arm.period
         corners = " to ".join("/".join(f"{number:g}" for number in corner) for corner in (bounds.low, bounds.high))
         self.facts: Mapping[str, Fact] = {
+            **getattr(arm, "facts", {}),
             "workspace": corners,
             "speed_limit": bounds.speed,
             "force_limit": bounds.force,
         }
         self._file: IO[str] | None = None
         if log is not None:
-            try:
+            with writing(log):
                 self._file = log.open("a", encoding="utf-8", buffering=1)
-            except OSError as error:
-                raise BadFile(log, f"cannot be written ({error.strerror})") from None
         self._thread = DriverThread()
         self._agreed = False
         self._free: Vector | None = None
