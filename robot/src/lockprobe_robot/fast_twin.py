@@ -14,14 +14,8 @@ from lockprobe_robot.twin_settings import SceneSettings
 class FastTwin(SimulatedPlant):
     """A simulated lockbox whose handles are pushed by a force, without an arm.
 
-    Args:
-        box: The box.
-        labels: Labels of the joints, in panel order.
-        settings: Looks and camera.
-        rng: For the appearance; noise of depth and error of the view draw from a child of it.
-
-    Raises:
-        BadValue: If the box cannot be built.
+    The appearance draws from ``rng``, noise of depth and error of the view from a child of it. BadValue is raised if
+    the box cannot be built.
     """
 
     def __init__(

@@ -38,17 +38,10 @@ class Twin(SimulatedPlant):
     does not mislead its next move.
 
     Args:
-        box: The box; its rules become pins and blocks.
-        labels: Labels of the joints, in panel order.
-        settings: Looks, camera and errors of the robot.
         rng: The trial's random stream for the plant. The appearance draws from it; depth noise, pose error and force
             noise each draw from a child of it. The n-th look and the n-th attempt have the same luck whatever the
             settings are. Every attempt has a separate force stream, because attempts differ in length.
         film: Called about 25 times per simulated second with the model and its state, which it must not change.
-
-    Attributes:
-        arm: The arm.
-        panel: The layout of the panel, with the positions of the handles.
 
     Raises:
         BadValue: If the box cannot be built, or its handles cannot be reached.
@@ -99,7 +92,7 @@ class Twin(SimulatedPlant):
 
     def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
         """The guarded move along the handle's path, with a random pose error in the panel's plane."""
-        self.arm.use_stream(self._force.spawn(1)[0])
+        self.arm.rng = self._force.spawn(1)[0]
         shift = self._settings.pose_error * self._aim.standard_normal(2)
         path = self.panel.handle_path(joint, before[joint])
         believed = HandlePath(points=path.points + self.panel.pose[:3, :2] @ shift, axis=path.axis)

@@ -33,11 +33,11 @@ class Willing:
 
 
 class Breaking(ScriptedArm):
-    """A scripted arm whose ``at``-th follow does something else. What it is told is in ``log``."""
+    """A scripted arm whose ``at``-th follow does something else."""
 
     def __init__(self, box, path, *, at=10**9, instead=lambda arm: None):
         super().__init__(box, path)
-        self.log, self._at_call, self._instead, self.calls = [], at, instead, 0
+        self._at_call, self._instead, self.calls = at, instead, 0
 
     def follow(self, position, velocity, *, stiffness):
         self.calls += 1
@@ -45,9 +45,6 @@ class Breaking(ScriptedArm):
             self.log.append("broke")
             self._instead(self)
         super().follow(position, velocity, stiffness=stiffness)
-
-    def stop(self):
-        self.log.append("stop")
 
 
 class DrawnCamera:
@@ -72,10 +69,10 @@ def image_handles(box):
     return ImageHandles(width=WIDTH, height=HEIGHT, joints=places)
 
 
-def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, at=10**9, instead=lambda arm: None, **limits):
+def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, panel=None, facts=None, **limits):
     """A rig of scripted parts, its arm and its camera."""
-    panel = lay_out_panel(box)
-    arm = Breaking(box, panel.handle_path, at=at, instead=instead)
+    panel, breaks = panel or lay_out_panel(box), {one: limits.pop(one) for one in ("at", "instead") if one in limits}
+    arm = Breaking(box, panel.handle_path, **breaks)
     camera, operator = DrawnCamera(arm), operator or Willing()
     rig = Rig(
         box,
@@ -85,27 +82,22 @@ def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, at=10*
         operator=operator,
         truth=CameraSight(camera, image_handles(box)) if truth == "camera" else truth,
         rung="scripted",
+        facts=facts,
     )
     return rig, arm, camera
 
 
-def sound_rig(*, box, labels, rng):
-    return rig_of(box, labels)[0]
-
-
 def faulty_rig(*, box, labels, rng):
-    """A rig whose arm loses its connection in the first trial that is played in this process."""
+    """A rig whose arm loses its connection in the first trial that is played in this process, and in no other."""
     return rig_of(box, labels, at=10**9 if BROKEN else 30, instead=_lost)[0]
 
 
 def calibrated_rig(*, box, labels, rng):
     """A rig of scripted parts whose board's pose comes from the calibration that is named in ``CALIBRATION``."""
-    (panel, facts), operator = calibrated_board(box, CALIBRATION["path"]), Willing()
-    CONNECTED.append(arm := ScriptedArm(box, panel.handle_path))
-    within = Bounded(arm, Bounds(**SPACE, answer=60.0), operator)
-    return Rig(
-        box, labels=labels, arm=within, panel=panel, operator=operator, truth="verdict", rung="scripted", facts=facts
-    )
+    panel, facts = calibrated_board(box, CALIBRATION["path"])
+    rig, arm, _ = rig_of(box, labels, panel=panel, facts=facts)
+    CONNECTED.append(arm)
+    return rig
 
 
 faulty_rig.attended = calibrated_rig.attended = True

@@ -1,12 +1,10 @@
 """A scripted arm without a body: it tracks targets exactly, and a symbolic box resists it."""
 
 import numpy as np
+from arm.fake_arm import FakeArm
 
-GRIP = 0.012
-"""Distance from a handle within which the hand holds it, metres."""
-
-GIVE = 0.15
-"""Share of its way that a locked handle gives way."""
+GRIP, GIVE = 0.012, 0.15
+"""Metres from a handle within which the hand holds it; share of its way that a locked handle gives way."""
 
 HELD, LOOSE = 25.0, 3.0
 """Newtons against the drag of a locked and of a free handle."""
@@ -14,27 +12,28 @@ HELD, LOOSE = 25.0, 3.0
 WEIGHT, HOME = np.array([0.0, 0.0, -6.0]), np.array([0.3, 0.0, 0.5])
 
 
-class ScriptedArm:
+class ScriptedArm(FakeArm):
     """A kinematic arm in front of a box; ``path`` gives a handle's path from its joint and present position."""
 
     period = 0.02
 
     def __init__(self, box, path):
+        super().__init__()
         self._box, self.configuration = box, box.initial
         self._paths = [(path(joint, False), path(joint, True)) for joint in range(len(box.joints))]
-        self._at, self._felt, self.time, self._held = HOME, np.zeros(3), 0.0, None
+        self._at, self._felt, self._held = HOME, np.zeros(3), None
 
     def home(self):
         self.reach(HOME, None)
 
     def reach(self, position, axis):
-        self._held, self._at, self.time = None, np.array(position), self.time + 1.0
+        super().reach(position, axis)
+        self._held = None
 
     def follow(self, position, velocity, *, stiffness):
         """Move to the target at the end of the period, as far as the held handle allows."""
-        self._at = point = np.asarray(position + self.period * velocity)
-        self.time += self.period
-        self._felt = np.zeros(3)
+        super().follow(position, velocity, stiffness=stiffness)
+        point, self._felt = self._at, np.zeros(3)
         for joint, at in enumerate(self.configuration if self._held is None else ()):
             path = self._paths[joint][at]
             if np.linalg.norm(path.points[0] - point) < GRIP:
@@ -51,15 +50,9 @@ class ScriptedArm:
             return
         self._felt = -(HELD if stuck else LOOSE) * direction * (travelled > 0)
         if stuck:
-            self._at = np.asarray(along)
+            self._at = along
         elif free and travelled > 0.5 * path.length and self.configuration == before:
             self.configuration = self._box.attempt(self.configuration, joint)[0]
 
-    def position(self):
-        return self._at.copy()
-
     def force(self):
         return WEIGHT + self._felt
-
-    def stop(self):
-        pass

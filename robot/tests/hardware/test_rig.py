@@ -75,7 +75,7 @@ def test_a_box_that_does_not_stand_as_it_should_is_asked_for_again_and_ends_the_
     arm.configuration = wrong
     with pytest.raises(UserMistake, match="the box does not stand as it should, and nobody is there to set it up"):
         rig.observe()
-    assert arm.log == ["stop"]
+    assert arm.log[-1] == "stop"
 
 
 def raising(error):
@@ -117,7 +117,7 @@ def test_a_fault_stops_the_arm_before_anything_else(parts, breaks, why):
     with pytest.raises(PlantFault, match=why):
         rig.attempt(3)
     assert arm.log[-1] == "stop"
-    assert "broke" not in arm.log[1:], "nothing is between the fault and the stop"
+    assert "broke stop" in " ".join(arm.log) or "broke" not in arm.log, "nothing is between the fault and the stop"
     rig.close()
     assert camera.closed == ("truth" in parts)
 
@@ -132,7 +132,7 @@ def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_pl
     assert (broken.error.boundary, broken.error.message) == ("plant", "the arm, follow: ConnectionResetError: cable")
     assert broken.owed_again
     assert fine.solved
-    assert fakes.BROKEN[0].log[:2] == ["broke", "stop"]
+    assert "broke stop" in " ".join(fakes.BROKEN[0].log)
     again = {trial.key: trial for trial in run_study(study, tmp_path)}
     assert all(trial.solved for trial in again.values())
     assert again[fine.key] == fine
@@ -258,7 +258,8 @@ def run(*words):
 
 
 def test_a_check_prints_every_motion_and_its_judgement(monkeypatch):
-    allow(plant := "python:hardware.fakes:sound_rig")
+    allow(plant := "python:hardware.fakes:faulty_rig")
+    monkeypatch.setattr(fakes, "BROKEN", ["before"])
     done = run("check", "--plant", plant)
     lines = done.stdout.splitlines()
     assert (done.exit_code, len(lines)) == (0, 11)

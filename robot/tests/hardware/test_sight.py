@@ -6,6 +6,7 @@ import runpy
 import threading
 from pathlib import Path
 from queue import Queue
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,13 +32,9 @@ LABELS = ("C", "A", "E", "D", "B")
 RED = np.full((40, 60, 3), (200, 20, 10), dtype=np.uint8)
 
 
-class Camera:
-    def __init__(self, shot):
-        self.grab = lambda: shot
-
-
 def read(rgb, depth=None):
-    return CameraSight(Camera(Shot(rgb=rgb, depth=depth)), image_handles(FIVE)).read(FIVE.names)
+    camera = SimpleNamespace(grab=lambda: Shot(rgb=rgb, depth=depth))
+    return CameraSight(camera, image_handles(FIVE)).read(FIVE.names)
 
 
 def test_every_configuration_is_read_and_agents_see_the_picture():
@@ -145,12 +142,8 @@ def test_a_folder_whose_name_has_to_be_encoded_is_a_plant_and_its_panel_is_never
     (made := tmp_path / "A&B 100%+").mkdir()
     (made / "handles.toml").write_text(handles_text(FIVE), "utf-8")
     monkeypatch.setattr(plants, "TerminalOperator", lambda: Person(FIVE, folder=made))
-    asked = {
-        "agent": "viewer",
-        "box": FIVE.name,
-        "modality": "rgb",
-        "plant": f"manual?camera={tmp_path}/A%26B 100%25%2B",
-    }
+    asked = {"agent": "viewer", "box": FIVE.name, "modality": "rgb"}
+    asked |= {"plant": f"manual?camera={tmp_path}/A%26B 100%25%2B"}
     resolve_plant(study("flips", shuffle="never", **asked).plant).check(FIVE)
     with pytest.raises(BadValue, match="^shuffle: got 'trial', expected never with pictures of a real box"):
         study("flips", shuffle="trial", **asked)

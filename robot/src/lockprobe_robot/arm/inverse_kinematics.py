@@ -27,11 +27,7 @@ _MIDDLE = np.array([0.0, 0.2, 0.0, -2.1, 0.0, 2.2, math.pi / 4])
 
 
 class InverseKinematics:
-    """An inverse kinematics solver, which works on a copy of the scene's state.
-
-    Args:
-        model: A compiled scene with the arm and a site ``tool``.
-    """
+    """An inverse kinematics solver for a scene with the arm and a site ``tool``, of whose state it has its own."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model, self._data = model, mujoco.MjData(model)

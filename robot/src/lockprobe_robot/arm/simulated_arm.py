@@ -42,14 +42,12 @@ class SimulatedArm:
     """The simulated arm. Every command steps the simulation of the whole scene.
 
     Args:
-        model: A compiled scene with the arm and the hand.
-        data: Its state.
         force_noise: Standard deviation of each component of a force reading, newtons.
-        rng: Random stream of the noise until :meth:`use_stream`. The number of draws does not depend on the noise.
         after_step: Called after every step of the simulation.
 
     Attributes:
         period: Seconds that one call of :meth:`follow` takes.
+        rng: Random stream of the noise. The number of draws does not depend on the noise.
     """
 
     def __init__(
@@ -80,7 +78,7 @@ class SimulatedArm:
         self._inertia: NDArray[np.float64] = np.eye(6)
         self._tension = np.zeros(6)
         self._solver = InverseKinematics(model)
-        self._noise, self._rng = force_noise, rng
+        self._noise, self.rng = force_noise, rng
         self._after_step = after_step
         sensor = int(model.sensor("force").adr[0])
         self._reading = data.sensordata[sensor : sensor + 3]
@@ -95,10 +93,6 @@ class SimulatedArm:
     def time(self) -> float:
         """Simulated seconds."""
         return float(self._data.time)
-
-    def use_stream(self, rng: np.random.Generator) -> None:
-        """Draw the noise of forces from this stream from now on."""
-        self._rng = rng
 
     def stand(self) -> None:
         """Set the arm to its homing pose instantly, at rest."""
@@ -168,7 +162,7 @@ class SimulatedArm:
 
     def _read(self, reading: NDArray[np.float64]) -> None:
         """Store a reading in the base's frame. The simulation senses the flange's force on the hand, hence the sign."""
-        self._force = self._noise * self._rng.standard_normal(3) - self._wrench @ reading
+        self._force = self._noise * self.rng.standard_normal(3) - self._wrench @ reading
 
     def _track(
         self, angles: NDArray[np.float64], speeds: NDArray[np.float64], accelerations: NDArray[np.float64]

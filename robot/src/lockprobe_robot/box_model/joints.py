@@ -22,16 +22,8 @@ _SETTLE_SECONDS = 1.0
 class Joints:
     """The joints of a box (base class); a push is a subclass's, and so are the speeds at which they count as quiet.
 
-    Position 0 of a joint is the low end of its range, position 1 the high end. Joints are in panel order.
-
-    Args:
-        model: The compiled model.
-        data: Its state.
-        joints: Names of the joints in the model.
-
-    Attributes:
-        names: The same.
-        bodies: The body that each moves.
+    Position 0 of a joint is the low end of its range, position 1 the high end. Joints are in panel order, and so are
+    ``bodies``, those that they move.
     """
 
     _scale: NDArray[np.float64]

@@ -27,19 +27,11 @@ class Rig(Manual):
     A fault of any part first stops the arm and then ends the trial as an error of the plant, which is owed again.
 
     Args:
-        box: The box.
-        labels: Labels of the joints, in panel order.
-        arm: The arm within its bounds.
         panel: The board, with its pose in the frame of the arm's base.
         operator: Sets up the box, agrees to motions, and tells the truth if ``truth`` is ``person``.
         truth: ``person``; a sight, which reads it; or ``verdict``: the robot's verdict stands in for it.
         rung: How real the rig is; the record says it.
         facts: Further facts for the record: calibration, versions, serial numbers.
-
-    Attributes:
-        box: The box.
-        arm: The arm.
-        panel: The board.
     """
 
     attended = True

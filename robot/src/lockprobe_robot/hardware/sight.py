@@ -67,13 +67,7 @@ class HardwareCamera(Protocol):
 class FolderCamera:
     """A camera that reads a folder in which a person, a phone or a webcam program saves pictures (PNG or JPEG).
 
-    Each picture is used once: the newest file has to be new, or to have changed.
-
-    Args:
-        folder: The folder.
-
-    Raises:
-        BadFile: If it is not a folder.
+    Each picture is used once: the newest file has to be new, or to have changed. BadFile is raised if it is no folder.
     """
 
     facts: ClassVar = {"camera": "folder"}
@@ -177,12 +171,7 @@ class Sight(Protocol):
 
 
 class CameraSight:
-    """Reads the positions of joints in the pictures of a camera; a :class:`Sight`.
-
-    Args:
-        camera: The camera.
-        handles: The places of the handles in its pictures.
-    """
+    """Reads the positions of joints in the pictures of a camera; a :class:`Sight`."""
 
     def __init__(self, camera: HardwareCamera, handles: ImageHandles) -> None:
         self._camera, self._handles = camera, handles
