@@ -31,7 +31,8 @@ from lockprobe.report.format import Entry, as_csv
 from lockprobe.report.left_out import LeftOutSection, leaving_out, section
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.questions import all_sections
-from lockprobe.report.questions.trials import embedded, explorer_data
+from lockprobe.report.questions.seen import embedded
+from lockprobe.report.questions.trials import explorer_data
 from lockprobe.report.rendering import own_markup, rendered
 from lockprobe.report.results import ONE_THREAD, results_of
 from lockprobe.report.rows import Results

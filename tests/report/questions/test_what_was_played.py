@@ -12,7 +12,7 @@ from reported import found_in, tables_of
 
 from lockprobe.boxes.families import box
 from lockprobe.report.page import Page, parts_of
-from lockprobe.report.questions.trials import embedded
+from lockprobe.report.questions.seen import embedded
 from lockprobe.report.rows import Fact, Results
 from lockprobe.trial.pictures.frame import from_png, to_png
 from lockprobe.trial.record import TrialError

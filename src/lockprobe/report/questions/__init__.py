@@ -8,7 +8,7 @@ from importlib import import_module
 from lockprobe.report.section import Section
 
 _OWN = (
-    "first_screen", "trials", "people", "stopping", "contrasts", "why", "success", "boxes",
+    "first_screen", "trials", "seen", "people", "stopping", "contrasts", "why", "success", "boxes",
     "loops", "agents_compared", "speed", "decisions", "robot", "conditions", "study_design",
     "claims", "forks",
 )  # fmt: skip
