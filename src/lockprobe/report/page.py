@@ -67,17 +67,22 @@ def write_report(
     gc.disable()  # the collector would look through all trials again and again and find little
     try:
         with threadpool_limits(ONE_THREAD):
-            for name, content in report_files(open_study(directory), tell=tell, left_out=left_out):
-                path = directory / name
-                if content is None:
-                    refuse_links(path.parent)
-                    path.unlink(missing_ok=True)
-                else:
-                    make_directory(path.parent)
-                    write_file(path, content)
+            write_files(directory, report_files(open_study(directory), tell=tell, left_out=left_out))
     finally:
         gc.enable()
     return directory / PAGE
+
+
+def write_files(directory: Path, written: Iterable[tuple[str, str | bytes | None]]) -> None:
+    """Write files into a directory, each by its path and in one step; one of None goes."""
+    for name, content in written:
+        path = directory / name
+        if content is None:
+            refuse_links(path.parent)
+            path.unlink(missing_ok=True)
+        else:
+            make_directory(path.parent)
+            write_file(path, content)
 
 
 def report_files(

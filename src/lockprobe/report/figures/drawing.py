@@ -223,8 +223,8 @@ def by_dose(axes: Axes, cells: Iterable[Cell], quantity: str, style: Style, **se
 
 
 def staircase(axes: Axes, curve: Curve, style: Style, first: int, label: str) -> None:
-    """A share by step from 0, with a marker at every fourth step from ``first`` on; with its band if it leads."""
-    steps = (*range(len(curve.value)), len(curve.value) - 1 + BEYOND)
+    """A share by step, with a marker at every fourth place from ``first`` on; with its band if it leads."""
+    steps = (*curve.x, curve.x[-1] + BEYOND)
     share, low, high = (numbers((*line, *line[-1:])) for line in (curve.value, curve.low, curve.high))
     axes.step(steps, share, where="post", markevery=list(range(first, len(curve.value), 4)), label=label, **style.line)
     if style.lead and low:
