@@ -20,4 +20,4 @@ def test_it_reports_a_file_and_replaces_no_study(lockprobe, tmp_path, monkeypatc
     Path("report.html").write_text("mine")
     assert "report.html: is not of a report of episodes" in lockprobe("report", mazes, "--out", ".")[2]
     Path("study.json").write_text("{}")
-    assert "holds a study" in lockprobe("report", mazes, "--out", ".")[2]
+    assert "study.json: is not of a report of episodes" in lockprobe("report", mazes, "--out", ".")[2]

@@ -1,4 +1,4 @@
-"""Action loops of episodes at equal length: in the first steps, beside chance, and whether who looped solves less.
+"""Action loops of episodes beside chance, and whether something that begins in an episode lets it be solved sooner.
 
 Long episodes hold more loops, and those that fail are long. So where loops do no harm at all, loop rates, loops beyond
 chance and shuffles tie loops to failure in up to 100 % of studies. Two comparisons do not: of who looped in the first k
@@ -11,14 +11,15 @@ these are few), of the episode's own actions in random order (permutation), and 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.interfaces.episodes.frame import Codes, Episodes, Flags
+from lockprobe.interfaces.episodes.frame import Array, Codes, Flags
 from lockprobe.statistics.how_soon import Hazard, excess
-from lockprobe.statistics.loops import onset, onset_batch
+from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.loops.chance import chance_level
 
 NULLS = ("uniform", "permutation", "Markov")
@@ -28,36 +29,17 @@ _DRAWN, _FEWEST, _AT_ONCE = 20_000, 4, 20_000_000
 """Sequences drawn at once for a chance level, and the fewest of one episode; episodes times steps of a test."""
 
 
-class Played:
-    """What episodes did, loops in the first k steps; columns have a place for each episode.
-
-    Attributes:
-        length: Actions.
-        onset: The step at which the first loop is complete, from 1; 0 without.
-        reach: Whether there are k actions.
-        early: Whether the first k hold a loop.
-    """
-
-    def __init__(self, episodes: Episodes, k: int) -> None:
-        self.actions, self.k = episodes.actions, k
-        self.length: Codes = np.array([len(did) for did in self.actions], dtype=np.int64)
-        self.onset: Codes = np.array([onset(did) for did in self.actions], dtype=np.int64)
-        self.reach: Flags = self.length >= k
-        self.early: Flags = (self.onset > 0) & (self.onset <= k)
-        self._numbers = {action: i for i, action in enumerate({one: None for did in self.actions for one in did})}
-
-    def chance(self, of: Flags, null: str) -> float:
-        """The share of sequences with a loop by chance, of k actions of the chosen episodes, which reach k."""
-        if null == "uniform":
-            return chance_level(self.k, len(self._numbers)).probability
-        chosen = np.flatnonzero(of).tolist()
-        first = np.array([[self._numbers[one] for one in self.actions[i][: self.k]] for i in chosen])
-        every = np.repeat(first, max(_FEWEST, _DRAWN // len(first)), axis=0)
-        rng, found = generator(0, "episodes", null), 0
-        for some in np.array_split(every, -(-len(every) // _DRAWN)):
-            drawn = _chained(some, rng) if null == "Markov" else rng.permuted(some, axis=1)
-            found += int((onset_batch(drawn) > 0).sum())
-        return found / len(every)
+def chance(first: Sequence[Sequence[str]], null: str, actions: int) -> Array:
+    """The probability of a loop by chance in each of several sequences of one length, among so many actions."""
+    if null == "uniform":
+        return np.full(len(first), chance_level(len(first[0]), actions).probability)
+    numbers = {action: i for i, action in enumerate({one: None for did in first for one in did})}
+    every = np.repeat([[numbers[one] for one in did] for did in first], max(_FEWEST, _DRAWN // len(first)), axis=0)
+    rng, found = generator(0, "episodes", null), list[Codes]()
+    for some in np.array_split(every, -(-len(every) // _DRAWN)):
+        found.append(onset_batch(_chained(some, rng) if null == "Markov" else rng.permuted(some, axis=1)))
+    looped: Array = (np.concatenate(found) > 0).reshape(len(first), -1).mean(axis=1)
+    return looped
 
 
 def _chained(sequences: Codes, rng: np.random.Generator) -> Codes:
@@ -77,16 +59,17 @@ def _chained(sequences: Codes, rng: np.random.Generator) -> Codes:
     return made
 
 
-def looped_before(episodes: Episodes, at: Codes, onsets: Codes, cluster: Codes) -> Hazard:
-    """Whether episodes that have looped before are solved more often at a step than others that still run.
+def sooner(steps: Array, solved: Flags, since: Array, cluster: Codes) -> Hazard:
+    """Whether episodes are solved more often at a step after something has begun than others that still run.
 
-    It is a Mantel-Haenszel test over steps, the log-rank test of a feature that begins when the first loop is complete.
-    Its value is the ratio of both rates. ``at`` are places of episodes; onsets and clusters are theirs.
+    It is a Mantel-Haenszel test over steps, the log-rank test of a feature that may begin late. Its value is the ratio
+    of both rates. ``steps`` are those of the end, infinite for one that never ends; ``since`` is the step after which
+    it has begun, infinite where it does not. Columns have a place for each episode.
     """
-    steps, solved = episodes.steps[at], (episodes.solved[at] > 0) & (episodes.steps[at] > 0)
-    moments = np.unique(steps[solved])[: max(1, _AT_ONCE // len(at))]  # steps without an event tell nothing
+    solved = solved & (steps > 0)
+    moments = np.unique(steps[solved])[: max(1, _AT_ONCE // len(steps))]  # steps without an event tell nothing
     last, solved = np.searchsorted(moments, steps, side="right"), solved & np.isin(steps, moments)
-    begun = (onsets[:, None] > 0) & (onsets[:, None] < moments)
+    begun = since[:, None] < moments
     found = excess(begun.astype(np.float64), last, solved, cluster)
     after = int(begun[solved, last[solved] - 1].sum())
     before, expected = int(solved.sum()) - after, after - found.total

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from importlib.resources import files
+from itertools import cycle
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +19,15 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.formatting import capital, listed, p_cell, p_value
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
-from lockprobe.foundation.storage.atomic_file import make_directory, write_file
 from lockprobe.interfaces.episodes.answers import AGENTS, CONDITIONS, CONTROL, SCORE, results_of
 from lockprobe.interfaces.episodes.frame import Episodes
 from lockprobe.interfaces.episodes.reading import read_episodes
 from lockprobe.report.format import DETECTED, Entry, alone, as_csv, beside, entry_text
-from lockprobe.report.page import Page, drawn_figure, image, results_text
+from lockprobe.report.page import Page, drawn_figure, image, results_text, write_files
 from lockprobe.report.rendering import rendered
-from lockprobe.report.rows import Estimate, Fact, Results, clearness
+from lockprobe.report.rows import Curve, Estimate, Fact, Results, clearness
 from lockprobe.report.section import Figure, Lines, Note, Part, Table
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies import PAGE, RESULTS, SETTINGS
@@ -45,13 +47,12 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
     What qualifies the answer are facts of what is found.
 
     Raises:
-        BadFile: If a file is not what it should be, or the directory holds a study.
+        BadFile: If a file is not what it should be, or the directory holds a report of something else.
     """
-    if (out / SETTINGS).exists():
-        raise BadFile(out, "holds a study, whose report would be replaced: give another --out")
-    old = [name for name in (RESULTS, PAGE) if (out / name).exists()]
-    if old and (old[0] == PAGE or b'\n "settings_hash": "",' not in read_input(out / RESULTS)):
-        raise BadFile(out / old[0], "is not of a report of episodes, and would be replaced: give another --out")
+    ours = (out / RESULTS).exists() and b'\n "settings_hash": "",' in read_input(out / RESULTS)
+    for name in (SETTINGS, RESULTS, PAGE):
+        if (out / name).exists() and (name == SETTINGS or not ours):
+            raise BadFile(out / name, "is not of a report of episodes, and would be replaced: give another --out")
     episodes = read_episodes(paths, columns)
     digest = hashlib.sha256(b"".join(hashlib.sha256(read_input(path)).digest() for path in paths)).hexdigest()
     found = results_of(episodes, first, name=listed([path.name for path in paths], named=3), digest=digest)
@@ -60,24 +61,37 @@ def write_episodes(paths: Sequence[Path], columns: str, *, first: int, out: Path
     row = min(judged, key=lambda row: (order.index(row.family), clearness(row)), default=None)
     notes = [Fact(about="notes", name=f"{i}", text=said) for i, said in enumerate(_notes(episodes, found, row))]
     found = found.changed(answer=_answer(found, row), facts=tuple(notes))
-    page, written = Page(found=found), {RESULTS: results_text(found)}
-    parts = [*_parts(page)]
-    for block in (block for part in parts for block in part.blocks):
-        if isinstance(block, Table):
-            written[f"tables/{block.name}.csv"] = as_csv(page.cells(block))
-        elif isinstance(block, Figure) and (svg := drawn_figure(found, block)):
-            page.drawn = {block.name: image(svg)}
-            written[f"figures/{block.name}.svg"] = svg.decode()
+    page, svg = Page(found=found), drawn_figure(found, _FIGURE)
+    page.drawn = {_FIGURE.name: image(svg)} if svg else {}
+    questions = [_question(page, name, text) for name, text in _TEXTS["questions"].items()]
+    tables = {one.name: page.cells(one) for own, _ in questions for one in own}
+    written: dict[str, str | bytes | None] = {RESULTS: results_text(found), f"figures/{_FIGURE.name}.svg": svg or None}
+    written |= {f"tables/{name}.csv": as_csv(cells) if cells else None for name, cells in tables.items()}
+    parts = [part for _, part in questions if part]
     values = {"row": row, "both": _both(found, row) if row else [], "parts": parts, "of": episodes}
     written[PAGE] = rendered("questions", found=found, page=page, **values)
-    for name, content in written.items():
-        make_directory((out / name).parent)
-        write_file(out / name, content)
-    asked = _TEXTS["questions"].items()
-    could = [f"tables/{one.replace(' ', '_')}.csv" for key, text in asked for one in (key, *text.get("families", ()))]
-    for name in {*could, f"figures/{_FIGURE.name}.svg"} - written.keys() if old else ():
-        (out / name).unlink(missing_ok=True)  # of a question that is not asked now
+    write_files(out, written.items())
     return found
+
+
+def _question(page: Page, name: str, text: Mapping[str, Any]) -> tuple[list[Table], Part | None]:
+    """The tables of a question, and its part of the page if one of them has a row."""
+    families = text.get("families", {})
+    tables = [Table(name, partial(_listed, columns=text["columns"]), rare=_RARE)] if "columns" in text else []
+    for family in families:
+        lines = partial(_judged, family=family)
+        tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_LABELS["points"], rare=_RARE))
+    if not (shown := [table for table in tables if page.cells(table)]):
+        return tables, None
+    rows = [row for row in page.found.rows if row.family in families]
+    said = capital("; ".join(_said(rows, families, page.cells(shown[0])))) + "."
+    first = page.found.study["first"]
+    parts = [f"{part}, {end}" for part in ("whole", f"first {first}") for end in ("unsolved", "solved")]
+    rates = [entry_text(alone(page.found.get("loop_rate", agent="", condition="", of=part))) for part in parts]
+    before = [text["reason"].format(*rates, k=first)] if "reason" in text else []
+    few = "".join(f" {one}." for one in dict.fromkeys(row.note for row in rows) if one)
+    note = Note(text["shown"], text["computed"] + few, text.get("more", ""))
+    return tables, Part(text["heading"], said, [*before, *[_FIGURE] * ("figure" in text), *shown, note], name)
 
 
 def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
@@ -97,27 +111,6 @@ def _notes(of: Episodes, found: Results, row: Estimate | None) -> Iterator[str]:
     asked = (*texts, of.luck.max() >= 0, found.where("success"), found.curves, found.where("loop_rate"))
     if missing := [what for what, there in zip(_TEXTS["missing"], asked, strict=True) if not there]:
         yield said["missing"].format(", ".join(missing))
-
-
-def _parts(page: Page) -> Iterator[Part]:
-    """The questions that have an answer."""
-    for name, text in _TEXTS["questions"].items():
-        families, columns = text.get("families", {}), text.get("columns")
-        tables = [Table(name, partial(_listed, columns=columns), 2, rare=_RARE)] if columns else []
-        for family in families:
-            lines = partial(_judged, family=family)
-            tables.append(Table(family.replace(" ", "_"), lines, 3, drawn=_LABELS["points"], rare=_RARE))
-        if shown := [table for table in tables if page.cells(table)]:
-            rows = [row for row in page.found.rows if row.family in families]
-            said = capital("; ".join(_said(rows, families, page.cells(shown[0])))) + "."
-            k = page.found.study["first"]
-            parts = [f"{part}, {end}" for part in ("whole", f"first {k}") for end in ("unsolved", "solved")]
-            rates = [page.found.get("loop_rate", agent="", condition="", of=part) for part in parts]
-            reason = text.get("reason", "").format(*(entry_text(alone(row)) for row in rates), k=k)
-            before = [reason] * bool(reason) + [_FIGURE] * ("figure" in text)
-            few = "".join(f" {one}." for one in dict.fromkeys(row.note for row in rows) if one)
-            note = Note(text["shown"], text["computed"] + few, text.get("more", ""))
-            yield Part(text["heading"], said, [*before, *shown, note], name)
 
 
 def _both(found: Results, row: Estimate) -> list[Estimate]:
@@ -189,22 +182,17 @@ def _listed(found: Results, columns: dict[str, Sequence[str]]) -> Lines:
 def _draw(found: Results) -> Any:
     from lockprobe.report.figures import drawing
 
-    conditions = [one.name for one in found.design.conditions]
+    colours = dict(zip([one.name for one in found.design.conditions], cycle((drawing.INK, *drawing.COLOURS))))
 
-    def panel(axes: Any, agent: str) -> None:
-        curves = [curve for curve in found.curves if curve.agent == agent]
+    def panel(axes: Any, curves: Sequence[Curve]) -> None:
         for curve in curves:
-            place = conditions.index(curve.condition)
-            colour = drawing.COLOURS[(place - 1) % len(drawing.COLOURS)] if place else drawing.INK
-            share, *ends = map(drawing.numbers, (curve.value, curve.low, curve.high))
-            name = drawing.safe_name(curve.condition or "all", 30)
-            axes.step(curve.x, share, where="post", color=colour, linewidth=1.4, label=name)
-            axes.fill_between(curve.x, *ends, step="post", color=colour, alpha=0.12, linewidth=0)
+            style = drawing.Style(colour=colours[curve.condition], marker="", lead=True)
+            drawing.staircase(axes, curve, style, 0, drawing.safe_name(curve.condition or "all", 30))
         drawing.share_axis(axes, "solved")
         drawing.whole_axis(axes, curves[0].x[-1], "step")
-        drawing.title(axes, drawing.safe_name(agent, 30))
+        drawing.title(axes, drawing.safe_name(curves[0].agent, 30))
 
-    return drawing.sheet([*dict.fromkeys(curve.agent for curve in found.curves)], panel)
+    return drawing.sheet([*grouped(found.curves, attrgetter("agent")).values()], panel)
 
 
 _CAPTION = Note("Share of episodes solved by each step.", "Bands: pointwise 95 % intervals.")
