@@ -48,36 +48,29 @@ def report(
     if columns or any(one.suffix and not one.is_dir() for one in directories):
         if paper or agent:
             raise Conflict("--paper and --agent", "a file of episodes", "they are of studies")
-        _episodes(directories, columns, first, out, json=json)
-        return
-    if len(directories) > 1:
+        from lockprobe.interfaces.episodes.page import write_episodes
+
+        out = out or Path(f"{directories[0].stem}-report")
+        found = write_episodes(directories, columns, first=first, out=out)
+        notes = [fact.text for fact in found.facts]
+        facts: dict[str, object] = {"report": str(out / "report.html"), "answer": found.answer, "notes": notes}
+        lines = [f"Report: {facts['report']}", f"Answer: {found.answer}", *notes]
+    elif len(directories) > 1:
         if paper:
             raise Conflict("--paper", "several studies", "it is of the report of one")
         _compare(directories, agent or (), out or _PAGE, json=json)
         return
-    if agent or out:
+    elif agent or out:
         raise Conflict("--agent and --out", "one study", "its report has every agent and stands in its directory")
-    page, (lines, facts) = write(directories[0])
-    facts = {"report": str(page), **facts}
-    if paper and (found := read_result(directories[0])) is not None:
-        from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
+    else:
+        page, (lines, facts) = write(directories[0])
+        facts = {"report": str(page), **facts}
+        if paper and (study := read_result(directories[0])) is not None:
+            from lockprobe.report.paper import write_paper  # it imports the report, for which help need not wait
 
-        facts["paper"] = where = str(write_paper(found, directories[0]))
-        lines.insert(1, f"Paper: {where} (the exhibits by their names in the paper; example.tex puts all together)")
+            facts["paper"] = where = str(write_paper(study, directories[0]))
+            lines.insert(1, f"Paper: {where} (the exhibits by their names in the paper; example.tex puts all together)")
     print(json_.dumps(facts) if json else "\n".join(map(printable, lines)), flush=True)
-
-
-def _episodes(files: Sequence[Path], columns: str, first: int, out: Path | None, *, json: bool) -> None:
-    from lockprobe.interfaces.episodes.page import write_episodes
-
-    out = out or Path(f"{files[0].stem}-report")
-    found = write_episodes(files, columns, first=first, out=out)
-    page, notes = str(out / "report.html"), [fact.text for fact in found.facts]
-    if json:
-        print(json_.dumps({"report": page, "answer": found.answer, "notes": notes}))
-        return
-    for line in (f"Report: {page}", f"Answer: {found.answer}", *notes):
-        print(printable(line))
 
 
 def _compare(directories: Sequence[Path], agents: Sequence[str], out: Path, *, json: bool) -> None:

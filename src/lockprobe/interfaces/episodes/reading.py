@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 from pydantic_core import from_json
 
 from lockprobe.foundation.errors import BadFile, UnknownName, needing
@@ -54,30 +54,22 @@ _Name = Annotated[_Text, BeforeValidator(lambda cell: cell if isinstance(cell, l
 _Truth = Annotated[bool, BeforeValidator(lambda cell: cell.removesuffix(".0") if isinstance(cell, str) else cell)]
 _Whole = Annotated[int, Field(ge=0, le=10**9)]
 
+NAMES = ("agent", "condition", "task", "seed", "episode")
+"""Columns that say which episode a row is of, or is part of."""
 
-class Row(BaseModel):
-    """All columns that a file may have, under these names or others, and what their cells have to be if not empty.
+_KINDS: dict[str, Any] = dict.fromkeys(NAMES, _Name) | {
+    "solved": _Truth,
+    "score": Annotated[float, Field(ge=0, le=1)],
+    "steps": _Whole,
+    "actions": Annotated[tuple[_Text, ...], BeforeValidator(_words)],
+    "step": _Whole,
+    "action": _Text,
+}
+COLUMNS = {name: TypeAdapter[Any](kind, config={"coerce_numbers_to_str": True}) for name, kind in _KINDS.items()}
+"""All columns that a file may have, under these names or others, and what their cells have to be if not empty."""
 
-    The first five say which episode a row is of, or is part of; the last two are those of a step.
-    """
-
-    model_config = ConfigDict(coerce_numbers_to_str=True)
-
-    agent: _Name | None = None
-    condition: _Name | None = None
-    task: _Name | None = None
-    seed: _Name | None = None
-    episode: _Name | None = None
-    solved: _Truth | None = None
-    score: Annotated[float, Field(ge=0, le=1)] | None = None
-    steps: _Whole | None = None
-    actions: Annotated[tuple[_Text, ...], BeforeValidator(_words)] | None = None
-    step: _Whole | None = None
-    action: _Text | None = None
-
-
-COLUMNS, FILE = [*Row.model_fields], "file"
-"""Our columns, and a column that every file has: its own name."""
+FILE = "file"
+"""A column that every file has: its own name."""
 
 
 def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
@@ -102,15 +94,15 @@ def read_episodes(paths: Sequence[Path], asked: str = "") -> Episodes:
                 raise BadFile(path, f"line {number}: got more than {MOST_ROWS} rows, expected at most so many")
             there |= row
             places.append((path, number))
-            given = {FILE: path.stem} | {name: cell for name, cell in row.items() if cell != ""}
-            try:
-                read = Row.model_validate({ours: given[name] for ours, name in names.items() if name in given})
-            except ValidationError as error:
-                wrong = error.errors()[0]
-                said = f"column {names[str(wrong['loc'][0])]}: got {wrong['input']!r:.80}, {plain(wrong['msg'])}"
-                raise BadFile(path, f"line {number}, {said}") from None
-            for name, own in cells.items():
-                own.append(getattr(read, name))
+            named = {FILE: path.stem, **row}
+            for ours, name in names.items():
+                cell = named.get(name)
+                try:
+                    cells[ours].append(None if cell in (None, "") else COLUMNS[ours].validate_python(cell))
+                except ValidationError as error:
+                    wrong = error.errors()[0]
+                    said = f"column {name}: got {wrong['input']!r:.80}, {plain(wrong['msg'])}"
+                    raise BadFile(path, f"line {number}, {said}") from None
         if there and there.keys().isdisjoint(names.values()):
             expected = f"one or more of {', '.join(names.values())}; --map says which column is which"
             raise BadFile(path, f"got the columns {', '.join(there)}, expected {expected}")
@@ -206,7 +198,7 @@ def _made(cells: Mapping[str, list[Any]], places: Sequence[tuple[Path, int]]) ->
     is solved may have been cut off, and is unknown unless another says so.
     """
     names, coded = dict[str, list[str]](), dict[str, Codes]()
-    for name in COLUMNS[:5]:
+    for name in NAMES:
         own = {cell: i for i, cell in enumerate(dict.fromkeys(cells[name]))}
         names[name] = [cell or "(empty)" * (len(own) > 1) for cell in own]
         coded[name] = np.array([own[cell] for cell in cells[name]])
