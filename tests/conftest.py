@@ -71,6 +71,15 @@ def pytest_collection_finish():
     gc.set_threshold(50_000, 20, 20)  # thousands of trials are made here, and few objects in circles
 
 
+@pytest.fixture(scope="module")
+def placeholders():
+    """Figures take seconds, and where this is used none is looked at."""
+    from placeholders import undrawn
+
+    with undrawn():
+        yield
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem):
     """A test that is a coroutine runs in a loop of its own."""

@@ -22,7 +22,6 @@ import pytest
 import strangers
 import typer
 from builders import play_study, write_study
-from placeholders import undrawn
 from stored import rewrite
 from typed import typed_here
 
@@ -34,6 +33,8 @@ from lockprobe.interventions.told import Drop
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.trial_json import trial_to_json
+
+pytestmark = pytest.mark.usefixtures("placeholders")
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [path for room in ("src", "robot/src") for path in (ROOT / room).rglob("*.py")]
@@ -150,13 +151,6 @@ def test_every_command_has_its_row():
     every = set(leaves(typer.main.get_command(build(every_command()))))
     assert every == NOTHING_FOREIGN | TAKING.keys(), "say what a new command takes from elsewhere"
     assert not NOTHING_FOREIGN & TAKING.keys()
-
-
-@pytest.fixture(scope="module", autouse=True)
-def placeholders():
-    """Figures take seconds, and none is looked at here."""
-    with undrawn():
-        yield
 
 
 @pytest.fixture

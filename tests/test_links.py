@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 from builders import small_study, write_study
-from placeholders import undrawn
 from taking_part import take_part
 from typed import typed_here
 
 from lockprobe.trial.record import STATES
+
+pytestmark = pytest.mark.usefixtures("placeholders")
 
 SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
 STORE = ("study.json", "study.db", "study.db-wal", "study.db-shm", "study.db-journal")
@@ -34,13 +35,6 @@ def lockprobe(directory, line, other=None):
     given += [*where, str(directory), *{"import": [str(other)], "serve": ["--port", "0"]}.get(line[0], [])]
     done = typed_here(*given)
     return done.returncode, done.stderr
-
-
-@pytest.fixture(scope="module", autouse=True)
-def placeholders():
-    """Figures take seconds, and none is looked at here."""
-    with undrawn():
-        yield
 
 
 @pytest.fixture(scope="module")

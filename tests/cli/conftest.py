@@ -1,25 +1,21 @@
 """Commands as typed, in this process, and a provider on loopback that they ask."""
 
-import sys
-
 import pytest
 from placeholders import undrawn
 from provider_server import here, truthful
+from typed import typed_here
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.cli import main
 
 
 @pytest.fixture
-def lockprobe(monkeypatch, capsys):
+def lockprobe():
     """Runs a command; gives exit status, output and errors. Its reports hold placeholders for figures."""
 
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["lockprobe", *map(str, arguments)])
-        with undrawn(), pytest.raises(SystemExit) as ended:
-            main()
-        captured = capsys.readouterr()
-        return ended.value.code or 0, captured.out, captured.err
+    def run(*words):
+        with undrawn():
+            done = typed_here(*words)
+        return done.returncode, done.stdout, done.stderr
 
     return run
 

@@ -4,7 +4,6 @@ import json
 import shlex
 
 import pytest
-from placeholders import undrawn
 from typed import in_process
 
 from lockprobe.cli.report import report
@@ -12,19 +11,14 @@ from lockprobe.cli.result import found as said_of
 from lockprobe.cli.result import read_result
 from lockprobe.report.rows import Estimate, Fact, Results
 
+pytestmark = pytest.mark.usefixtures("placeholders")
+
 STUDY = ("run", "flips", "--agent", "cognitive:perseverant", "--agent", "random", "--p", "0,0.6", "--trials", 20,
          "--repetitions", 1)  # fmt: skip
 
 
-@pytest.fixture(scope="module", autouse=True)
-def placeholders():
-    """Figures take seconds, and none is looked at here."""
-    with undrawn():
-        yield
-
-
 @pytest.fixture(scope="module")
-def played(tmp_path_factory):
+def played(tmp_path_factory, placeholders):
     directory = tmp_path_factory.mktemp("result") / "a study"
     return directory, in_process(*STUDY, "--out", directory)
 

@@ -5,10 +5,10 @@ import sys
 
 import pytest
 import strangers
+from typed import typed_here
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box, find_box
-from lockprobe.cli import main
 from lockprobe.foundation import plugins
 from lockprobe.foundation.errors import BadValue, BrokenPlugin, UnknownName, UserMistake
 from lockprobe.foundation.plugins import (
@@ -42,18 +42,6 @@ USES = {
 def fresh(monkeypatch):
     """Nothing has been named yet."""
     monkeypatch.setattr(plugins, "_named", set())
-
-
-@pytest.fixture
-def lockprobe(capsys, monkeypatch):
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["lockprobe", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        out, err = capsys.readouterr()
-        return ended.value.code or 0, out, err
-
-    return run
 
 
 @pytest.fixture
@@ -144,7 +132,7 @@ def test_a_broken_package_is_named_by_those_who_use_it_and_disturbs_nobody_else(
     assert "broken" not in sys.modules
 
 
-def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockprobe):
+def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch):
     taken = {
         "agents": {"random": "First"}, "interventions": {"drop": "Hush"}, "boxes": {"fork": "gate"},
         "commands": {"chance": "shout", "rig": "shout"}, "plant_sources": {"twin": "seen"}, "tools": {"film": "shout"},
@@ -153,11 +141,11 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     assert type(resolve("random").make()).__name__ == "RandomAgent"
     assert type(interventions_of("drop")[0]).__name__ == "Drop"
     assert find_box("fork") == box("fork")
-    assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("list", "interventions")[1]
+    assert "Lockprobe itself uses this one (strange-things 0.3)" in typed_here("list", "interventions").stdout
     assert find_plugin("plant source", "twin").ships
     assert find_plugin("command", "rig").ships
     assert find_plugin("tool", "film").ships
-    assert lockprobe("chance", "--length", "3", "--json")[0] == 0
+    assert typed_here("chance", "--length", "3", "--json").returncode == 0
 
 
 def test_a_name_that_two_packages_add_is_refused_with_both(tmp_path, monkeypatch):

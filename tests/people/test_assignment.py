@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from seated import people_study, short, under
 
 from lockprobe.boxes.solve import optimum
-from lockprobe.people.assignment import assigned, boxes_each, conditions_of, practice_plan, trials_for, williams
+from lockprobe.people.assignment import assigned, boxes_each, conditions_of, practice_plan, trials_for
 from lockprobe.people.diary import Diary, Did, Joined
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.options.studyfile import study as study_from
@@ -72,20 +72,14 @@ def test_every_trial_is_given_out_once_nobody_meets_a_luck_twice_and_conditions_
 
 @settings(max_examples=12)
 @given(conditions=st.integers(2, 7), seed=st.integers(0, 50), rounds=st.integers(1, 2))
-def test_each_condition_stands_equally_often_in_each_place(conditions, seed, rounds):
+@example(conditions=5, seed=3, rounds=2)
+def test_each_condition_stands_equally_often_in_each_place_and_after_each_other(conditions, seed, rounds):
     people, _ = joining(study_of(conditions, trials=2 * conditions, seed=seed), short(), rounds * conditions)
     stood = Counter((place, slot.condition) for slots in people for place, slot in enumerate(slots))
     assert (set(stood.values()), len(stood)) == ({rounds}, conditions**2)
-
-
-@pytest.mark.parametrize("size", range(1, 9))
-def test_each_comes_equally_often_after_each_other(size):
-    rows = williams(size)
-    after = Counter(pair for row in rows for pair in pairwise(row))
-    assert all(sorted(row) == list(range(size)) for row in rows)
-    assert len(rows) == (2 * size if size % 2 and size > 1 else size)
-    assert len(after) == size * (size - 1)
-    assert len(set(after.values())) <= 1
+    after = Counter((one.condition, two.condition) for slots in people for one, two in pairwise(slots))
+    if rounds == 2 or conditions % 2 == 0:  # an odd number takes twice as many orders
+        assert (set(after.values()), len(after)) == ({rounds}, conditions * (conditions - 1))
 
 
 @settings(max_examples=12)

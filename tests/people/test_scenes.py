@@ -116,14 +116,21 @@ def test_every_way_of_being_closed_has_its_text_and_way_back():
 
 @pytest.mark.parametrize("language", ["en", "de"])
 @pytest.mark.parametrize(
-    ("spec", "kinds"),
+    ("specs", "kinds"),
     [
-        ("flip?p=0", []), ("nudge + drop?p=0.5", []), ("tremble?p=0.1", ["another"]), ("warn", ["warned"]),
-        ("delay", ["late"]), ("flip?p=0.4 + tremble?p=0.1", ["false", "another"]),
+        (["flip?p=0.4"], ["false"]), (["flip?p=0.4&only=moved + nudge"], ["false"]), (["phantom?p=0.4"], ["false"]),
+        (["correction?p=0.4"], ["false"]), (["correction?p=0.4&first=truth&last=lie"], ["false"]),
+        (["delay?lag=2"], ["late"]), (["tremble?p=0.1"], ["another"]), (["warn"], ["warned"]),
+        (["warn?rate=0.4 + flip?p=0.4"], ["false"]), (["warn + tremble?p=0.1"], ["another", "warned"]),
+        (["tremble?p=0.1", "flip?p=0.4 + warn", "delay"], ["false", "late", "another"]),
+        *(([spec], []) for spec in (
+            "flip?p=0", "delay?lag=0", "drop?p=0.3", "nudge", "correction?p=1&first=truth&last=truth", "remark",
+            "distract?p=0.3", "nudge + tremble?p=0", "nudge + drop?p=0.5", "symbolic",
+        )),
     ],
 )  # fmt: skip
-def test_the_end_names_what_the_conditions_did_and_nothing_else_and_nothing_is_said_before(spec, kinds, language):
-    given = {"words": (words := read_words(language)), "study": under("truth", spec)}
+def test_the_end_names_what_the_conditions_did_and_nothing_else_and_nothing_is_said_before(specs, kinds, language):
+    given = {"words": (words := read_words(language)), "study": under("truth", *specs)}
     changes = " ".join(words.changes[kind] for kind in kinds)
     for text, end in [
         (words.debrief, scene("debrief", **given)),
@@ -254,26 +261,6 @@ def test_pictures_are_shown_as_they_are_and_say_themselves_what_happened(monkeyp
     assert dropped.panel.report == (f"You attempted {label}.", "Nothing was reported.")
 
 
-@pytest.mark.parametrize(
-    ("specs", "kinds"),
-    [
-        (["truth", "flip?p=0.4"], ["false"]), (["flip?p=0.4&only=moved + nudge"], ["false"]),
-        (["phantom?p=0.4"], ["false"]),
-        (["correction?p=0.4"], ["false"]), (["correction?p=0.4&first=truth&last=lie"], ["false"]),
-        (["flip?p=0.4 + rgb"], ["false"]), (["delay?lag=2"], ["late"]),
-        (["tremble?p=0.1"], ["another"]), (["warn"], ["warned"]),
-        (["warn?rate=0.4 + flip?p=0.4"], ["false"]), (["warn + tremble?p=0.1"], ["another", "warned"]),
-        (["tremble?p=0.1", "flip?p=0.4 + warn", "delay"], ["false", "late", "another"]),
-        *(([spec], []) for spec in (
-            "truth", "flip?p=0", "delay?lag=0", "drop?p=0.3", "nudge", "correction?p=1&first=truth&last=truth",
-            "remark", "distract?p=0.3", "nudge + tremble?p=0", "rgb?blur=8",
-        )),
-    ],
-)  # fmt: skip
-def test_what_changes_what_is_told_or_done_is_named_and_nothing_else(specs, kinds):
-    assert deceptions(map(read_condition, specs)) == tuple(kinds)
-
-
 def test_of_every_shipped_intervention_that_people_can_play_it_is_known_what_it_does():
     named = {name for name, kind in shipped().items() if "?" not in name and place_of(kind) != "remembered"}
     assert set(_KINDS) == named - {"prompt", "hypothesis"}
@@ -289,3 +276,4 @@ class Hush:
 
 def test_of_what_another_package_does_nothing_is_known():
     assert deceptions([Condition(interventions=(Hush(),))]) == ("changed",)
+    assert deceptions(map(read_condition, ("rgb?blur=8", "flip?p=0.4 + rgb"))) == ("false",)
