@@ -15,7 +15,7 @@ class StoppableArm(Protocol):
     """A torque-controlled arm with a hand and a force sensor, commanded by a slower, supervisory loop.
 
     Poses refer to the tool centre point: the point in the hand that holds the top of a knob. Calls block, and another
-    thread can stop the arm meanwhile.
+    thread can stop the arm meanwhile. A class may add ``facts`` for the record.
     """
 
     @property
