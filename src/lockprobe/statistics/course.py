@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from math import nan
 from typing import Any
 
 import numpy as np
@@ -101,8 +100,7 @@ class Course:
     Attributes:
         agent: What tables call it, or several that differ in the option that is the axis.
         modality: How the box is shown, without doses.
-        cells: What it did at each dose, ascending.
-        doses: The dose of each.
+        by_dose: What it did at each dose, ascending.
         axis: The dose in which they differ.
         several: Whether the study has the axis in several modalities, so that agents are named with theirs.
         beside: All agents over the axis, itself included.
@@ -110,11 +108,20 @@ class Course:
 
     agent: str
     modality: str
-    cells: tuple[Cell, ...]
-    doses: tuple[float, ...]
+    by_dose: Mapping[float, Cell]
     axis: Axis
     several: bool
     beside: Sequence[Course] = field(repr=False)
+
+    @cached_property
+    def cells(self) -> tuple[Cell, ...]:
+        """Its cells by dose."""
+        return tuple(self.by_dose.values())
+
+    @cached_property
+    def doses(self) -> tuple[float, ...]:
+        """Their doses."""
+        return tuple(self.by_dose)
 
     @cached_property
     def trials(self) -> tuple[Trial, ...]:
@@ -148,16 +155,9 @@ class Course:
         named = self.several or twice or self.modality not in PLAIN_WORDS
         return ", ".join(filter(None, (spoken(self.modality) if named else "", self.axis.rest)))
 
-    @cached_property
-    def by_dose(self) -> Mapping[float, Cell]:
-        """Every dose with its cell, ascending."""
-        return dict(zip(self.doses, self.cells, strict=True))
-
     def at(self, doses: Collection[float]) -> Course:
         """Its trials at these doses, of which it has at least one."""
-        kept = [(cell, dose) for dose, cell in zip(self.doses, self.cells, strict=True) if dose in doses]
-        cells, found = zip(*kept, strict=True)
-        return replace(self, cells=cells, doses=found)
+        return replace(self, by_dose={dose: cell for dose, cell in self.by_dose.items() if dose in doses})
 
     @cached_property
     def lowest(self) -> Course:
@@ -172,7 +172,7 @@ class Course:
     @cached_property
     def acted(self) -> Mapping[tuple[float, int, int], tuple[str, ...] | None]:
         """Dose, repetition and trial -> its actions; None of trials that broke."""
-        pairs = ((dose, one) for dose, cell in zip(self.doses, self.cells, strict=True) for one in cell.trials)
+        pairs = ((dose, one) for dose, cell in self.by_dose.items() for one in cell.trials)
         return {(dose, one.repetition, one.trial): None if one.error else one.actions for dose, one in pairs}
 
     @cached_property
@@ -213,16 +213,14 @@ class Course:
         return generator(self.trials[0].seed, "analysis", self.modality, use)
 
 
-def on_flip_axis(cell: Cell) -> tuple[str, str, float]:
-    """Agent, modality and flip rate; the rate is not a number if other interventions acted."""
-    rate = cell.trials[0].p
-    return cell.agent, cell.modality, nan if rate is None else rate
+def _at_flip_rate(cell: Cell) -> tuple[str, str, float]:
+    return cell.agent, cell.modality, cell.trials[0].p or 0.0
 
 
 def courses(
     cells: Iterable[Cell],
     axis: Axis = FLIPS,
-    place: Callable[[Cell], tuple[str, str, float] | None] = on_flip_axis,
+    place: Callable[[Cell], tuple[str, str, float] | None] = _at_flip_rate,
     *,
     several: bool = False,
 ) -> tuple[Course, ...]:
@@ -234,12 +232,7 @@ def courses(
     found: list[Course] = []
     placed = ((at, cell) for cell in cells if (at := place(cell)))
     for (agent, modality), own in grouped(placed, lambda one: one[0][:2]).items():
-        own.sort(key=lambda one: one[0][2])
-        doses, there = tuple(dose for (*_, dose), _ in own), tuple(cell for _, cell in own)
-        found.append(
-            Course(
-                agent=agent, modality=modality, cells=there, doses=doses, axis=axis, several=several,
-                beside=found,  # complete once all courses are made
-            )
-        )  # fmt: skip
+        by_dose = {dose: cell for (*_, dose), cell in sorted(own, key=lambda one: one[0][2])}
+        of: dict[str, Any] = {"agent": agent, "modality": modality, "axis": axis, "several": several}
+        found.append(Course(by_dose=by_dose, beside=found, **of))  # beside is complete once all courses are made
     return tuple(found)

@@ -239,21 +239,13 @@ def modality_effects(agents: Sequence[Course]) -> Iterator[ModalityEffect]:
         tested = zip((trend, *hazards), (trend.p_value, *holm([one.p_value for one in hazards])), strict=True)
         trend, *hazards = (replace(of, p_value=None if p is None else min(1.0, together * p)) for of, p in tested)
         choices = together * len(pairs)
-        steps = [steps_over_doses(joined((one.outcomes, two.outcomes), (0, 1)), choices=choices) for one, two in pairs]
-        final = [
-            next((found for _, found in each_difference(of, agents=choices)), None)
-            for of in ((one.outcomes, two.outcomes) for one, two in pairs)
-        ]
-        yield ModalityEffect(
-            agent=own[0].agent,
-            modalities=tuple(one.modality for one in own),
-            trend=trend,
-            pairs=tuple(
-                (one.modality, two.modality, soon, gap, apart)
-                for (one, two), soon, gap, apart in zip(pairs, hazards, final, steps, strict=True)
-            ),
-            agents=together,
-        )
+        compared = []
+        for (one, two), soon in zip(pairs, hazards, strict=True):
+            both = one.outcomes, two.outcomes
+            final = next((found for _, found in each_difference(both, agents=choices)), None)
+            steps = steps_over_doses(joined(both, (0, 1)), choices=choices)
+            compared.append((one.modality, two.modality, soon, final, steps))
+        yield ModalityEffect(own[0].agent, tuple(one.modality for one in own), trend, tuple(compared), together)
 
 
 def _trend(shown: Sequence[Course]) -> Hazard:

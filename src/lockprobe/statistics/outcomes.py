@@ -140,9 +140,7 @@ class Outcomes:
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
-        columns = {name: getattr(self, name) for name in _COLUMNS}
-        kept = {name: column[chosen] if len(column) else column for name, column in columns.items()}
-        return Outcomes(**kept, order=self.order, budget=self.budget)
+        return replace(self, **{name: of[chosen] for name in _COLUMNS if len(of := getattr(self, name))})
 
     def completed(self, soon: ArrayLike) -> Outcomes:
         """All trials, as if those that broke had gone on from their break.

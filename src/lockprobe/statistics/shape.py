@@ -14,7 +14,7 @@ trials at each of seven p from 0 to 0.6; and in 27 % of studies of a success lik
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
@@ -179,18 +179,20 @@ def two_lines(outcomes: Outcomes, of: Turning = "success", *, agents: int = 1) -
     which they broke and those at every other never, and the reverse; and so of those at the lowest and at the highest
     dose against all others.
     """
-    begun, ends = outcomes.at_ended_doses, list[TwoLines]()
-    test = _of_success if of == "success" else _of_loops
+    begun = outcomes.at_ended_doses
+    every = [begun.ended]
     if begun.broke.any():
         lowest = begun.dose == begun.dose.min()
         outer = lowest | (begun.dose == begun.dose.max())
-        ends = [test(begun.completed(soon)) for side in (lowest, outer) for soon in (side, ~side)]
-    found = worst(test(begun.ended), *ends)
+        every += [begun.completed(soon) for side in (lowest, outer) for soon in (side, ~side)]
+    found = worst(*(_two_lines(one, of) for one in every))
     return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
 
 
-def _joined(outcomes: Outcomes, counted: Counts, line: Callable[[Outcomes], Line]) -> TwoLines:
-    """The test with the break that counts choose."""
+def _two_lines(outcomes: Outcomes, of: Turning) -> TwoLines:
+    counted, line = (_counted(outcomes), _slope) if of == "success" else (_first_loops(outcomes), _slope_of_loops)
+    if len(counted.dose) < 3:
+        return TwoLines()
     at = _robin_hood_break(counted)
     sides = outcomes.dose <= counted.dose[at], outcomes.dose >= counted.dose[at]
     first, second = (line(outcomes.at(side)) for side in sides)
@@ -198,28 +200,21 @@ def _joined(outcomes: Outcomes, counted: Counts, line: Callable[[Outcomes], Line
     return TwoLines(value=float(counted.dose[at]), first=first, second=second, p_value=p_value)
 
 
-def _of_success(outcomes: Outcomes) -> TwoLines:
-    counted = _counted(outcomes)
-    return _joined(outcomes, counted, _slope) if len(counted.dose) > 2 else TwoLines()
-
-
-def _of_loops(outcomes: Outcomes) -> TwoLines:
-    """The break is chosen from the first loops at each p, against those expected there if p had no influence."""
+def _first_loops(outcomes: Outcomes) -> Counts:
+    """The first loops at each p, of as many as would be expected there if p had no influence."""
     levels = np.unique(outcomes.dose)
-    if len(levels) < 3:
-        return TwoLines()
     running, event = grid(outcomes.until_loop, outcomes.looped)
     here = (levels[:, None] == outcomes.dose).astype(np.float64)
     n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
     expected = here @ running @ (events / np.maximum(n, 1.0))
     steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
+    return Counts(levels, looped, np.maximum(np.maximum(looped, steps), 1.0))
 
-    def line(own: Outcomes) -> Line:
-        found = excess(own.dose, own.until_loop, own.looped, own.cluster)
-        z = round(found.total, 10) / found.error if found.error > 0 else 0.0
-        return Line(z, 1.0 if found.p_value is None else found.p_value)
 
-    return _joined(outcomes, Counts(levels, looped, np.maximum(np.maximum(looped, steps), 1.0)), line)
+def _slope_of_loops(outcomes: Outcomes) -> Line:
+    found = excess(outcomes.dose, outcomes.until_loop, outcomes.looped, outcomes.cluster)
+    z = round(found.total, 10) / found.error if found.error > 0 else 0.0
+    return Line(z, 1.0 if found.p_value is None else found.p_value)
 
 
 def _counted(outcomes: Outcomes) -> Counts:
