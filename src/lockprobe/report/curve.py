@@ -44,15 +44,13 @@ def drawable(found: Results) -> list[Course]:
 
 
 def curve_figure(found: Results, *, wide: bool) -> Markup:
-    """The figure as an SVG element; empty markup where there is nothing to draw.
+    """The figure of at least one agent as an SVG element.
 
     Args:
         found: The results.
         wide: For a column of 880 pixels, with names at the ends of lines; else for 358 pixels, with names above.
     """
     courses = drawable(found)
-    if not courses:
-        return own_markup("")
     doses = sorted({cell.dose or 0.0 for one in courses for cell in one.played})
     left, right, top, bottom = (96, 596, 16, 360) if wide else (88, 280, 16 + _APART * len(courses), 320)
     x = [left + (dose - doses[0]) / (doses[-1] - doses[0]) * (right - left) for dose in doses]

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lockprobe.report.prose import rules_broken_said
-from lockprobe.report.rows import Curve, DoseAxis, Estimate, EveryLook, Player, Progress, Row, share_rows
+from lockprobe.report.rows import DoseAxis, Estimate, EveryLook, Player, Progress, Row, share_rows
 from lockprobe.statistics.contrast import acting
 from lockprobe.statistics.course import Cell, Course, cells_of, courses, is_baseline
 from lockprobe.statistics.design import Axis, Design
@@ -45,25 +45,12 @@ class PlayedCell(Cell):
         """The row of a share of this cell; none if it is a share of nothing."""
         return share_rows(quantity, found, **self.of, **columns)
 
-    def curve(self, quantity: str, **columns: Any) -> Curve:
-        """A curve of this cell."""
-        return Curve(quantity=quantity, **self.of, **columns)
-
 
 def players_of(found: Sequence[Course], *, doses: bool = False) -> list[Player]:
     """The agents of an axis; those that are no baselines are its subjects, or all if all are."""
     subjects = [one for one in found if not one.baseline] or found
-    return [
-        Player(
-            agent=one.agent,
-            modality=one.modality,
-            shown=one.shown,
-            subject=one in subjects,
-            blind=one.blind,
-            doses=one.doses if doses else (),
-        )
-        for one in found
-    ]
+    own = ("agent", "modality", "shown", "blind", *["doses"] * doses)
+    return [Player(subject=one in subjects, **{name: getattr(one, name) for name in own}) for one in found]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,7 +25,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 from threadpoolctl import threadpool_limits
 
-from lockprobe.foundation.formatting import time_said
+from lockprobe.foundation.formatting import count, time_said
 from lockprobe.foundation.storage.atomic_file import make_directory, refuse_links, write_file
 from lockprobe.report.format import Entry, as_csv
 from lockprobe.report.left_out import LeftOutSection, leaving_out, section
@@ -92,8 +92,7 @@ def report_files(
     left_out: Callable[[LeftOutSection], None] = lambda section: None,
 ) -> Iterator[tuple[str, str | bytes | None]]:
     """Every file of a report of these records by its path, the page last; None for one that is removed."""
-    many = len(opened.trials)
-    tell(f"testing {many} trial{'s' * (many != 1)}")
+    tell(f"testing {count(len(opened.trials), 'trial')}")
     with leaving_out() as failed:
         found = results_of(opened)
         tell("drawing the figures")

@@ -17,9 +17,10 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import count, listed, p_cell
 from lockprobe.foundation.spec import PEOPLE, Spec
 from lockprobe.foundation.storage.atomic_file import make_directory, write_file
-from lockprobe.report.format import beside, entry_text, tex_text, texts
+from lockprobe.report.format import entry_text, tex_text, texts
 from lockprobe.report.left_out import section
 from lockprobe.report.page import cells_of, figures_of, parts_of
+from lockprobe.report.primary import changes_from_control
 from lockprobe.report.prose import false_reports, interval_kind
 from lockprobe.report.questions.decisions import TABLE1
 from lockprobe.report.rows import Condition, Results
@@ -93,14 +94,13 @@ def results_tex(found: Results) -> str:
     """A table of every agent under every condition: trials, success, its change from the control, and P."""
     where = "condition" if found.beside_flips else "flip rate"
     words: Mapping[str, str] = {one.name: condition_in_words(one) for one in found.design.conditions}
-    changes = {(row.agent, row.condition): row for row in reversed(found.against_control()) if row.value is not None}
+    changes = {at: row for at, row in changes_from_control(found).items() if row.value is not None}
     table = [["agent", where, "trials", "solved", "change, points", "P"]]
     for cell in found.cells:
         if (success := cell.get("success")) and success.value is not None:
             at = words[cell.condition] if found.beside_flips or cell.p is None else f"{cell.p:g}"
             change = changes.get((cell.agent, cell.condition))
-            less = change and found.get("success", agent=cell.agent, condition=change.control, control="", versus="")
-            said = [entry_text(beside(change, less, success)), p_cell(change.p_value)] if change else ["", ""]
+            said = [entry_text(change), p_cell(change.p_value)] if change else ["", ""]
             table.append([cell.label, at, str(success.n), entry_text(success), *said])
     return _tabular(table, _CAPTION)
 

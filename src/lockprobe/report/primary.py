@@ -92,6 +92,16 @@ def dose_lines(found: Results, axis: DoseAxis | None = None) -> list[Line]:
     return [_over_doses(one) for one in found.courses(axis) if one.played]
 
 
+def changes_from_control(found: Results) -> dict[tuple[str, str], Estimate]:
+    """Agent and condition -> the change of success from the control, as it is written beside both shares."""
+    changes = {}
+    for row in reversed(found.against_control()):
+        of = {"agent": row.agent, "control": "", "versus": ""}
+        shares = (found.get("success", **of, condition=one) for one in (row.control, row.condition))
+        changes[row.agent, row.condition] = beside(row, *shares) or row
+    return changes
+
+
 def _line(of: Player | Course, conditions: Iterable[str], first: Estimate | None, **more: Any) -> Line:
     """The line of an agent."""
     own: dict[str, Any] = {"agent": of.agent, "modality": of.modality, "label": of.label, "baseline": not of.subject}
@@ -127,21 +137,14 @@ def _over_doses(course: Course) -> Line:
     """The lowest dose against the one that differs most clearly, in the trials that both have."""
     first, none = course.played[0], (None, None)
     second, change = min(course.changes(), key=lambda pair: clearness(pair[1]), default=none)
-    shares = first.get("success"), second.get("success") if second else None
-    if second is not None:
-        pairs = (course.changes(of, "success_in_pairs") for of in (CONTROL, ""))
-        control, other = (next((row for cell, row in of if cell.dose == second.dose), None) for of in pairs)
-        shares = (control, other) if control and other else shares
-    return _line(
-        course,
-        (cell.condition for cell in (first, second) if cell),
-        shares[0],
-        second=shares[1],
-        change=change,
-        control="told the truth" if first.p == 0 else _control(first.condition),
-        under=f"at {course.name} {second.dose:g}" if second else "",
-        alike=course.blind,
-    )
+    said: dict[str, Any] = {"control": "told the truth" if first.p == 0 else _control(first.condition)}
+    if second is None:
+        return _line(course, [first.condition], first.get("success"), alike=course.blind, **said)
+    pairs = (course.changes(of, "success_in_pairs") for of in (CONTROL, ""))
+    control, other = (next((row for cell, row in of if cell.dose == second.dose), None) for of in pairs)
+    shares = (control, other) if control and other else (first.get("success"), second.get("success"))
+    said |= {"second": shares[1], "change": change, "under": f"at {course.name} {second.dose:g}", "alike": course.blind}
+    return _line(course, (first.condition, second.condition), shares[0], **said)
 
 
 def _of_conditions(found: Results) -> Iterator[tuple[tuple[str, str], Line]]:

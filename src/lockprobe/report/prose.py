@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from lockprobe.foundation.formatting import NONE, range_of
 from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
@@ -123,30 +123,13 @@ def chance_said(cell: Cell) -> str:
     return NONE if low is None or high is None else range_of(low, high)
 
 
-def by_conditions(cells: Sequence[Cell]) -> bool:
-    """Whether flip rates do not tell the cells apart: then all go by the names of their conditions."""
+def told_apart(cells: Sequence[Cell]) -> tuple[str, Callable[[Cell], str]]:
+    """What tells the rows of one agent apart, and its value in a row: the flip rate, or else the condition."""
     rates = {(cell.label, cell.p) for cell in cells}
-    return None in {p for _, p in rates} or len(rates) < len({(cell.label, cell.condition) for cell in cells})
-
-
-def varied(cells: Sequence[Cell]) -> str:
-    """What tells the rows of one agent apart."""
-    return "condition" if by_conditions(cells) else "flip rate"
-
-
-def under(cell: Cell, among: Sequence[Cell]) -> str:
-    """The flip rate or the condition of a row."""
-    return condition_words(cell.found)[cell.condition] if by_conditions(among) else f"{cell.p:g}"
-
-
-def distinct(cells: Sequence[Cell]) -> list[tuple[Cell, str]]:
-    """Cells with their flip rate or name; of an agent that plays the same at every flip rate only the first."""
-    once = {(cell.agent, cell.modality): cell for cell in reversed(cells) if cell.blind}
-    return [
-        (cell, "every flip rate" if cell.blind else under(cell, cells))
-        for cell in cells
-        if not cell.blind or once[cell.agent, cell.modality] is cell
-    ]
+    if None in {p for _, p in rates} or len(rates) < len({(cell.label, cell.condition) for cell in cells}):
+        words = condition_words(cells[0].found)
+        return "condition", lambda cell: words[cell.condition]
+    return FLIPS.name, lambda cell: f"{cell.p:g}"
 
 
 def played_subjects(found: Results) -> list[Course]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from threadpoolctl import threadpool_limits
 
@@ -29,8 +30,11 @@ def results_of(numbers: OpenedStudy) -> Results:
     study, rows = numbers.study, list[Row]()
     for one in all_sections():
         rows += section(one.title, lambda one=one: list(one.rows(numbers)), list[Row])  # type: ignore[misc]
-    if numbers.every_look:
-        rows = [*map(_at_every_look, rows)]
+    if numbers.every_look:  # at a number of trials that was planned and is played, most P values hold for one look
+        for i, row in enumerate(rows):
+            if isinstance(row, Estimate) and row.p_value is not None and E_PROCESS not in row.test:
+                note = "; ".join(filter(None, (row.note, _ONE_LOOK)))
+                rows[i] = row.model_copy(update={"p_value": None, "test": "", "note": note})
     settings = {name: value for name, value in settings_of(study).items() if name not in ("agents", "names")}
     found = Results(
         lockprobe=version("lockprobe"),
@@ -41,17 +45,6 @@ def results_of(numbers: OpenedStudy) -> Results:
         design=_design(numbers),
     ).with_rows(rows)
     return found.changed(answer=section("The answer", partial(answer_of, found), str))
-
-
-def _at_every_look(row: Row) -> Row:
-    """A row without a P value that holds for one look alone, at a number of trials that was planned and is played.
-
-    Success and its differences hold at every look where a study is unfinished, was extended or stops when it is
-    decided.
-    """
-    if not isinstance(row, Estimate) or row.p_value is None or E_PROCESS in row.test:
-        return row
-    return row.model_copy(update={"p_value": None, "test": "", "note": "; ".join(filter(None, (row.note, _ONE_LOOK)))})
 
 
 def _design(numbers: OpenedStudy) -> Design:
@@ -65,18 +58,13 @@ def _design(numbers: OpenedStudy) -> Design:
     known = {one.agent for one in players}
     others = dict.fromkeys((cell.agent, cell.modality) for cell in numbers.cells if cell.agent not in known)
     players += [Player(agent=agent, modality=shown, subject=agent in numbers.subjects) for agent, shown in others]
+    conditions = []
+    for one in study.conditions:
+        of: dict[str, Any] = {"name": one.label, "specs": one.specs, "modality": one.modality, "doses": dict(one.doses)}
+        p, control = one.p if one.label in design.axis else None, design.control(one.label)
+        conditions.append(Condition(**of, p=p, control=control if control != one.label else ""))
     return Design(
-        conditions=tuple(
-            Condition(
-                name=one.label,
-                specs=one.specs,
-                modality=one.modality,
-                doses=dict(one.doses),
-                p=one.p if one.label in design.axis else None,
-                control=control if (control := design.control(one.label)) != one.label else "",
-            )
-            for one in study.conditions
-        ),
+        conditions=tuple(conditions),
         players=tuple(players),
         axes=(*flips, *(axis for axis, _ in numbers.axes)),
         contrasts=dict(study.contrasts),

@@ -394,17 +394,10 @@ class Results(Part):
         """The agents that stand for the paper's strategy, and why they do."""
         return self.facts_about(RECONSTRUCTED)
 
-    @cached_property
-    def _players(self) -> Mapping[tuple[str, str], Player]:
-        return {(one.agent, one.modality): one for one in self.design.players}
-
-    @cached_property
-    def _conditions(self) -> Mapping[str, Condition]:
-        return {one.name: one for one in self.design.conditions}
-
     def player(self, agent: str, modality: str) -> Player:
         """An agent in a modality."""
-        return self._players.get((agent, modality)) or Player(agent=agent, modality=modality)
+        known = (one for one in self.design.players if (one.agent, one.modality) == (agent, modality))
+        return next(known, None) or Player(agent=agent, modality=modality)
 
     @property
     def boxes(self) -> list[Mapping[str, Any]]:
@@ -440,10 +433,10 @@ class Results(Part):
     @cached_property
     def cells(self) -> tuple[Cell, ...]:
         """Every agent under every condition, in the order of the study."""
-        found = []
+        found, rates = [], {one.name: one.p for one in self.design.conditions}
         for row in self.where("trials", of=""):
             if row.condition:
-                p, player = self._conditions[row.condition].p, self.player(row.agent, row.modality)
+                p, player = rates[row.condition], self.player(row.agent, row.modality)
                 if p is None:  # the name of its condition says how the box was shown, and what acts
                     player = player.model_copy(update={"shown": "", "blind": False})
                 own = {"agent": row.agent, "condition": row.condition, "control": "", "versus": ""}
@@ -465,9 +458,9 @@ class Results(Part):
                 of = player.agent, player.modality
                 cells = [one for one in self.cells if (one.agent, one.modality) == of and one.p is not None]
                 cells = sorted(cells, key=lambda one: one.p or 0.0)
-            key, name = (axis.axis.key, axis.axis.name) if axis else (FLIPS.name, FLIPS.name)
-            own = {"agent": player.agent, "modality": player.modality, "axis": key, "condition": "", "versus": ""}
-            view = {"found": self, "own": own, "axis": key, "name": name, "cells": tuple(cells)}
+            dose = axis.axis if axis else FLIPS
+            own = {"agent": player.agent, "modality": player.modality, "axis": dose.key, "condition": "", "versus": ""}
+            view = {"found": self, "own": own, "axis": dose.key, "name": dose.name, "cells": tuple(cells)}
             if cells:
                 found.append(Course.model_construct(**dict(player) | view))
         return found

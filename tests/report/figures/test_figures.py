@@ -224,7 +224,7 @@ def test_the_papers_own_figures_are_hollow_stars_with_one_name(typical):
     (stars,) = [line for line in axes.lines if line.get_gid() == "paper"]
     assert (stars.get_marker(), stars.get_markerfacecolor(), stars.get_linestyle()) == ("*", "none", "None")
     assert published(*fig3(typical).axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
-    assert published(*loops.draw(typical, against_success=False).axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper"])
+    assert published(*loops.draw(typical, loops.by_dose).axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper"])
 
 
 def test_figure_4_has_the_repetitions_the_shares_with_intervals_and_the_fit(typical, model):
@@ -239,7 +239,7 @@ def test_figure_4_has_the_repetitions_the_shares_with_intervals_and_the_fit(typi
 
 
 def test_loop_rates_of_figure_5b_stand_between_two_levels_of_chance(typical, model):
-    (axes,) = loops.draw(typical, against_success=False).axes
+    (axes,) = loops.draw(typical, loops.by_dose).axes
     rates, fit = [(cell.p, cell.get("loop_rate")) for cell in model.cells], model.curve("loop_fit")
     assert np.allclose(bars(axes), [(p, row.value, row.low, row.high) for p, row in rates])
     assert fit.value in [tuple(y) for _, y in lines(axes)]
@@ -250,7 +250,7 @@ def test_loop_rates_of_figure_5b_stand_between_two_levels_of_chance(typical, mod
 
 
 def test_dots_line_and_r_of_figure_5a(typical, model):
-    (axes,) = loops.draw(typical, against_success=True).axes
+    (axes,) = loops.draw(typical, loops.against_success).axes
     shares = [(rate.value, success.value) for cell in model.cells for success, rate in cell.points]
     assert set(dots(axes)) == {*shares}
     (x, y), r = lines(axes)[0], model.value("loop_success", "correlation")

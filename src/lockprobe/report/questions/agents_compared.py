@@ -98,10 +98,10 @@ def _pairs(found: Results) -> list[tuple[str, str, Mapping[tuple[str, str], Esti
         for row in found.where(quantity):
             if row.family in _FAMILIES:
                 by_pair.setdefault((*row.pair.values(), row.axis), {})[quantity, row.of] = row
-    pairs = []
-    for (*second, versus, modality, _), rows in by_pair.items():
-        one, other = (found.player(*of).label for of in (second, (versus, modality)))
-        pairs.append((one, other, rows))
+    pairs = [
+        (found.player(agent, modality).label, found.player(versus, other).label, rows)
+        for (agent, modality, versus, other, _), rows in by_pair.items()
+    ]
     return sorted(pairs, key=lambda pair: pair[-1][SUCCESS, ""].family == _FAMILIES[1])
 
 

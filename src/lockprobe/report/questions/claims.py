@@ -220,7 +220,7 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
     """
     names = {"rgb": "rgb", "rgbd": "rgbd", "symbolic": next((one for one in PLAIN_WORDS if one in by), "symbolic")}
     three, pairs = {*names.values()} <= by.keys(), [_sooner(found, agent, pair, names) for pair in claim.pairs]
-    signs = [sign for sign, *_ in pairs]
+    signs, trend = [sign for sign, *_ in pairs], found.one("modality_effect", agent=agent, of="trend over fidelity")
     match claim.judge:
         case "modalities":  # as many trials are solved as in the paper, in every modality
             paper, shares = proportion(*claim.paper), {name: _share_of(cell, "success") for name, cell in by.items()}
@@ -229,14 +229,11 @@ def _of_modalities(found: Results, agent: str, by: Mapping[str, Cell], claim: Pa
             here = "; ".join(f"{_shown(share)} with {spoken(modality)}" for modality, share in shares.items())
             test = f"Fisher, against {paper.count}/{paper.n} in each modality, corrected for their number"
             return _judged(here, int(three), test, p, figure=True)
-        case "order" if (
-            row := found.one("modality_effect", agent=agent, of="trend over fidelity")
-        ).p_value is not None:
-            # sooner the lower the fidelity is; no two neighbours contradict it
+        case "order" if trend.p_value is not None:  # sooner the lower the fidelity is; no two neighbours contradict it
             means = ", ".join(f"{cell.value('mean_steps_all'):.1f} with {spoken(name)}" for name, cell in by.items())
-            sign = -1 if -1 in signs else _sign(row.p_value, -(row.value or 0.0))
+            sign = -1 if -1 in signs else _sign(trend.p_value, -(trend.value or 0.0))
             test = "log-rank test for a trend over fidelity"
-            return _judged(f"mean steps {means}", min(sign, int(three)), test, row.p_value)
+            return _judged(f"mean steps {means}", min(sign, int(three)), test, trend.p_value)
         case "paces":  # sooner in the first modality of each pair; with steps 80 % by the paper's steps
             steps = [_step_of(by[at], n) for name, n in claim.steps.items() if (at := names[name]) in by]
             if ratios := [ratio for *_, ratio in pairs if ratio]:

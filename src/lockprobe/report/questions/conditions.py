@@ -12,10 +12,10 @@ from markupsafe import Markup
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.formatting import p_cell, percent, range_of
 from lockprobe.foundation.plugins import find_plugin, plugin_names
-from lockprobe.report.format import alone, beside, count_of, p_head, tested
+from lockprobe.report.format import alone, count_of, p_head, tested
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.primary import CONTROL
-from lockprobe.report.prose import chance_said, condition_words, distinct, interval_kind, varied
+from lockprobe.report.primary import CONTROL, changes_from_control
+from lockprobe.report.prose import chance_said, condition_words, interval_kind, told_apart
 from lockprobe.report.rows import (
     BOUNDS,
     MEASURES,
@@ -89,15 +89,18 @@ def _effects_table(found: Results) -> Lines:
 
 def _table(found: Results) -> Lines:
     """Every agent under every condition, and its change from the control; one that plays alike at every rate once."""
-    head = ["agent", varied(found.cells), "trials", "success", "change, points", "P", "mean steps", "loop rate"]
+    apart, under = told_apart(found.cells)
+    head = ["agent", apart, "trials", "success", "change, points", "P", "mean steps", "loop rate"]
     yield [*head, "by chance", *_RARE]
-    changes = {(row.agent, row.condition): row for row in reversed(found.against_control())}
-    for cell, under in distinct(found.cells):
+    changes, once = changes_from_control(found), set[tuple[str, str]]()
+    for cell in found.cells:
+        if cell.blind and (cell.agent, cell.modality) in once:
+            continue
+        once.add((cell.agent, cell.modality))
         change, acted = changes.get((cell.agent, cell.condition)), cell.get("steps", "changed")
-        control = change and found.get("success", agent=cell.agent, condition=change.control, control="", versus="")
         broke = cell.get("against_rules")
         yield [
-            cell.label, under, str(cell.trials), cell.get("success"), beside(change, control, cell.get("success")),
+            cell.label, "every flip rate" if cell.blind else under(cell), str(cell.trials), cell.get("success"), change,
             p_cell(change.p_value if change else None), cell.get("mean_steps_all"), cell.get("loop_rate"),
             chance_said(cell), alone(cell.get("misread")),
             alone(cell.get("optimal_actions", "naive")),

@@ -12,10 +12,11 @@ from statistics import mean, stdev
 from lockprobe.foundation.formatting import percent, range_of
 from lockprobe.report.format import count_of, each_or_span
 from lockprobe.report.opened import OpenedStudy, PlayedCell
-from lockprobe.report.prose import by_conditions, condition_words, under, varied
+from lockprobe.report.prose import condition_words, told_apart
 from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.section import Lines, Note, Part, Section, Table
 from lockprobe.statistics.clustered import clustered_proportion
+from lockprobe.statistics.design import FLIPS
 from lockprobe.statistics.misinterpretation import Claim, claims
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.outcomes import ended
@@ -119,11 +120,12 @@ def _table1(found: Results) -> Lines:
     """The paper's Table 1 with an interval, and a column for the trials, which the paper counts in asterisks."""
     cells = _asked(found)
     ways, rates = {one.modality for one in cells}, {one.p for one in cells}
-    alone = len(ways) > 1 and len(rates) == 1 and not by_conditions(cells)  # nothing but the modality differs
-    apart = "modality" if alone else varied(cells)
+    apart, under = told_apart(cells)
+    alone = len(ways) > 1 and len(rates) == 1 and apart == FLIPS.name  # nothing but the modality differs
+    apart = "modality" if alone else apart
     yield ["agent", apart, "claims", "misread", "rate per trial", "± SD", "misread in all", "in trials"]
     for cell in cells:
-        names = (cell.agent, cell.shown or spoken(cell.modality)) if alone else (cell.label, under(cell, cells))
+        names = (cell.agent, cell.shown or spoken(cell.modality)) if alone else (cell.label, under(cell))
         misread = cell.found.one("misread", **cell.own)
         shares = [percent(cell.value("misinterpretations", of), 1) for of in ("rate", "SD of rates")]
         affected = count_of(cell.get("misinterpretations", "trials with any"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from statistics import fmean
 from typing import Any, get_args
@@ -94,14 +94,15 @@ def _than(cell: Cell) -> str:
     return "more than chance" if rate.low > max(levels) else "less than chance"
 
 
-def draw(found: Results, *, against_success: bool) -> Any:
-    """Fig. 5b, loop rate by flip rate beside chance, or Fig. 5a, loop rate against success, a panel for each agent."""
+def draw(found: Results, panel: Callable[[Any, Course], None]) -> Any:
+    """A panel for each agent."""
     from lockprobe.report.figures.drawing import sheet
 
-    return sheet(played_subjects(found), _against_success if against_success else _by_dose)
+    return sheet(played_subjects(found), panel)
 
 
-def _by_dose(axes: Any, course: Course) -> None:
+def by_dose(axes: Any, course: Course) -> None:
+    """Fig. 5b: loop rate by flip rate, beside chance."""
     from lockprobe.report.figures import drawing as figures
 
     style, fit = figures.style_of(course), course.curve("loop_fit")
@@ -118,7 +119,8 @@ def _by_dose(axes: Any, course: Course) -> None:
     figures.title(axes, figures.heading(course), f"{trials} per flip rate")
 
 
-def _against_success(axes: Any, course: Course) -> None:
+def against_success(axes: Any, course: Course) -> None:
+    """Fig. 5a: loop rate against success."""
     from lockprobe.report.figures import drawing as figures
 
     style, cells = figures.style_of(course), course.cells[:1] if course.blind else course.cells
@@ -147,25 +149,17 @@ def _caption(found: Results) -> Note:
     )
 
 
+_DOTS = Note(
+    "Share of trials with an action loop against success, one dot per repetition and flip rate (the paper's Fig. 5a), "
+    "with the least-squares line and r.",
+    LENGTHS,
+)
+
 _FIGURES = (
     Figure(
-        "fig5b",
-        "Share of trials with an action loop by flip rate",
-        _caption,
-        partial(draw, against_success=False),
-        over_rates,
+        "fig5b", "Share of trials with an action loop by flip rate", _caption, partial(draw, panel=by_dose), over_rates
     ),
-    Figure(
-        "fig5a",
-        "Loop rate against success",
-        lambda found: Note(
-            "Share of trials with an action loop against success, one dot per repetition and flip rate (the paper's "
-            "Fig. 5a), with the least-squares line and r.",
-            LENGTHS,
-        ),
-        partial(draw, against_success=True),
-        over_rates,
-    ),
+    Figure("fig5a", "Loop rate against success", lambda found: _DOTS, partial(draw, panel=against_success), over_rates),
 )
 
 

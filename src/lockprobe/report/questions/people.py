@@ -142,16 +142,11 @@ def draw(found: Results) -> Any:
 
     many = len(found.design.players)
     players = sorted(found.design.players, key=lambda one: (one.agent != PEOPLE, not one.subject))[:_MOST]
-    shown = [(one.agent, one.modality) for one in players]
-    cells = sorted(
-        (cell for cell in found.cells if (cell.agent, cell.modality) in shown),
-        key=lambda cell: shown.index((cell.agent, cell.modality)),
-    )
-    groups = {
-        words: own
-        for name, words in condition_words(found).items()
-        if (own := [(cell, row) for cell in cells if cell.condition == name and (row := cell.get("success"))])
-    }
+    by_player = grouped(found.cells, lambda cell: (cell.agent, cell.modality))
+    cells = [cell for one in players for cell in by_player[one.agent, one.modality]]
+    shown = [(cell, row) for cell in cells if (row := cell.get("success"))]
+    by_condition = grouped(shown, lambda pair: pair[0].condition)
+    groups = {words: by_condition[name] for name, words in condition_words(found).items() if name in by_condition}
 
     def on(axes: Any, everyone: Estimate) -> None:
         y, across = 0.0, axes.get_yaxis_transform()

@@ -32,15 +32,16 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
         curve = success_curve(cell.outcomes)
         if not curve.n:
             continue
+        band: dict[str, Any] = {"value": curve.share, "low": curve.low, "high": curve.high, "n": curve.n}
         steps: dict[str, Any] = {"unit": "steps", "n": curve.n}
-        line = {"x": tuple(range(len(curve.share))), "value": curve.share, "low": curve.low, "high": curve.high}
-        yield cell.curve("success_by_step", axis="step", n=curve.n, **line)
+        x = tuple(range(len(curve.share)))
+        yield Curve(quantity="success_by_step", **cell.of, axis="step", x=x, **band)
         yield cell.estimate("steps_to_solve", curve.steps_to(0.5)[0], of="half", **steps)
         yield cell.estimate("mean_steps_all", curve.restricted_mean_steps, **steps)
         step, early, late = curve.steps_to(0.8)
         steps |= {"note": "" if late is not None else "open high" if early is not None else "not reached"}
         yield cell.estimate("steps_to_solve", step, low=early, high=late, of="80 %", **steps)
-    yield from section("Curves of random agents and of the shortest plan", lambda: _exact(numbers), list[Row])
+    yield from section("Curves of random agents and of the shortest plan", lambda: [*_exact(numbers)], list[Row])
     for course in numbers.every_course:  # all higher doses together against the lowest; the test holds for one look
         found = steps_over_doses(course.tested)
         if found.p_value is not None and course.order is None:
@@ -48,17 +49,16 @@ def _rows(numbers: OpenedStudy) -> Iterator[Row]:
             yield measured_row("steps_difference", found, **of)
 
 
-def _exact(numbers: OpenedStudy) -> list[Row]:
+def _exact(numbers: OpenedStudy) -> Iterator[Row]:
     """What random agents and the shortest plan reach on the box; their mean over several."""
-    boxes, found = numbers.study.boxes, list[Row]()
+    boxes = numbers.study.boxes
     budget = max((one.outcomes.budget for one in numbers.courses), default=0)
     for of, repeats in (("uniform", True), ("no-repeat", False)):
         share = tuple(np.mean([random_curve(box, budget, repeats=repeats) for box in boxes], axis=0).tolist())
-        found.append(Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share))
-        found.append(Estimate(quantity="success_by_step", of=of, value=share[-1], note="exact"))
+        yield Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share)
+        yield Estimate(quantity="success_by_step", of=of, value=share[-1], note="exact")
     if len(steps := {optimum(box) for box in boxes}) == 1 and (shortest := steps.pop()) is not None:
-        found.append(Estimate(quantity="optimum", value=shortest, unit="steps", note="exact"))
-    return found
+        yield Estimate(quantity="optimum", value=shortest, unit="steps", note="exact")
 
 
 def _said(found: Results) -> str:

@@ -38,7 +38,7 @@ def _show(found: Results) -> Iterator[Part]:
     people = " of ".join(f"{row.value:.0f}" for row in boxes if row)
     agents = [str(agent) for agent in found.study.get("agents", ())]
     run = sum(agent != PEOPLE for agent in agents)
-    played_by = [f"{run} agent{'s' * (run != 1)}"] * bool(run or not people) + ["people"] * bool(people)
+    played_by = [count(run, "agent")] * bool(run or not people) + ["people"] * bool(people)
     modalities = list(dict.fromkeys(one.modality for one in found.design.conditions))
     values = {
         "run": run,
