@@ -10,7 +10,7 @@ import zipfile
 from collections import defaultdict
 from itertools import pairwise, permutations, product
 from operator import attrgetter
-from statistics import fmean, stdev
+from statistics import fmean
 
 import numpy as np
 import pytest
@@ -61,7 +61,6 @@ WRONG = [
     (".csv", HEAD + f"{'a' * 2000},c,t,1,1,,,\n", "", "aaaaaaaaa, expected at most 1000 characters"),
     (".csv", HEAD + "a,c\n", "", "line 2: got more or fewer cells than columns"),
     (".csv", HEAD, "", "got no row, expected an episode"),
-    (".csv", "", "", "got no row, expected an episode"),
     (".csv", b"agent\n\xff\xfe\n", "", "line 2: got the byte 0xff, expected text in UTF-8"),
     (".csv", 'agent\n"a\n', "", "line 2: not CSV"),
     (".csv", "agent\n" + "".join(f"{i}\n" for i in range(31)), "", "column agent: got 31 names, expected at most 30"),
@@ -70,8 +69,6 @@ WRONG = [
     (".csv", HEAD, "agent = 3", "agent: got 3, expected the name of a column"),
     (".csv", HEAD, 'preset = "x"', "no preset is called 'x'"),
     (".jsonl", '{"agent": "a"}\nno\n', "", "line 2: not a JSON object"),
-    (".jsonl", "[1]\n", "", "line 1: not a JSON object"),
-    (".jsonl", '{"score": NaN}\n', "", "line 1, column score: got nan, expected at most 1"),
     (".jsonl", '{"agent": ["a"]}\n', "", "line 1, column agent: got ['a'], expected a text"),
     (".jsonl", '{"task": "t", "step": 1}\n{"task": "t", "step": 1}\n', "", "line 2: got step 1 of an episode after line 1, expected step 2"),
     (".csv", "agent,agent\na,b\n", "", "got a column twice, expected each once: agent, agent"),
@@ -111,32 +108,25 @@ def test_a_file_of_more_rows_than_a_page_can_say_is_refused(tmp_path, monkeypatc
 
 
 def test_rows_of_episodes_and_of_steps_in_every_kind_of_file_say_the_same(mazes, tmp_path):
-    """Steps in any order, solved if any row says so, the last score that is there."""
+    """Steps in any order, solved if any row says so."""
     arrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    rows = list(csv.DictReader(mazes.read_text().splitlines()))
-    lines = [row | {"solved": row["solved"] == "1", "actions": row["actions"].split()} for row in rows]
-    (tmp_path / "x.jsonl").write_text("\n".join(map(json.dumps, lines)))
-    parquet.write_table(arrow.Table.from_pylist(lines), tmp_path / "x.parquet")
-    keys = ("agent", "condition", "task", "seed")
+    rows = [row | {"actions": row["actions"].split()} for row in csv.DictReader(mazes.read_text().splitlines())]
+    names = ("agent", "condition", "task", "seed")
     steps = [
-        {key: row[key] for key in keys} | {"step": i, "action": one, "solved": int(row["solved"]) * (i == 2), "told": "?"}
-        for row in rows for i, one in enumerate(row["actions"].split(), 1)
+        {name: row[name] for name in names} | {"step": i, "action": did, "solved": row["solved"] == "1" and i == 1}
+        for row in rows for i, did in enumerate(row["actions"], 1)
     ]  # fmt: skip
-    with (tmp_path / "x.csv").open("w") as file:
-        writer = csv.DictWriter(file, steps[0])
-        writer.writeheader()
-        writer.writerows(sorted(steps, key=lambda row: -row["step"]))
-    several = {kind: read_episodes([tmp_path / f"x{kind}"], "") for kind in (".jsonl", ".parquet", ".csv")}
-    first = read_episodes([mazes], "")
-    for kind in (".jsonl", ".parquet"):
-        assert answers(several[kind]).rows == answers(first).rows
-    long = [int(solved) * (len(did) > 1) for solved, did in zip(first.solved, first.actions, strict=True)]
-    assert _named(several[".csv"], several[".csv"].solved) == _named(first, long)
-
-
-def _named(of, solved):
-    names = [of.agents[i] for i in of.agent], [of.conditions[i] for i in of.condition], [of.tasks[i] for i in of.task]
-    return sorted(zip(*names, of.steps, of.actions, solved, strict=True))
+    (tmp_path / "x.jsonl").write_text("\n".join(map(json.dumps, rows)))
+    (tmp_path / "steps.jsonl").write_text("\n".join(map(json.dumps, sorted(steps, key=lambda row: -row["step"]))))
+    parquet.write_table(arrow.Table.from_pylist(rows), tmp_path / "x.parquet")
+    first, *same, of_steps = map(
+        read_episodes, ([mazes], *([tmp_path / f"{x}"] for x in ("x.jsonl", "x.parquet", "steps.jsonl")))
+    )
+    assert [answers(of).rows for of in same] == [answers(first).rows] * 2
+    every, other = ({(of.agents[a], of.conditions[c], of.tasks[t], *rest) for a, c, t, *rest in
+                     zip(of.agent, of.condition, of.task, of.steps, of.actions, of.solved, strict=True)}
+                    for of in (first, of_steps))  # fmt: skip
+    assert every == other
 
 
 def test_an_episode_of_steps_that_is_cut_off_is_no_failure_and_the_other_file_is_named(tmp_path):
@@ -160,37 +150,30 @@ def test_presets_name_columns_and_a_file_can_name_its_rows(tmp_path):
 
 def test_numbers_are_those_of_other_code(mazes, report):
     """Pairs by hand, Student over tasks by SciPy, O - E of risk sets step by step."""
-    rows, found = list(csv.DictReader(mazes.read_text().splitlines())), report
-    by_key = {(r["agent"], r["task"], r["seed"], r["condition"]): r for r in rows}
-    plain = {key[:3]: r for key, r in by_key.items() if key[3] == "plain"}
-    pairs = [(r, by_key[*key, "map"]) for key, r in plain.items() if (*key, "map") in by_key]
-    apart = [int(b["solved"]) - int(a["solved"]) for a, b in pairs]
-    row = next(r for r in found.rows if r.family == CONDITIONS)
-    assert (row.n, row.value) == (len(pairs), pytest.approx(fmean(apart)))
+    rows = [row | {"did": row["actions"].split()} for row in csv.DictReader(mazes.read_text().splitlines())]
+    solved = {tuple(r[name] for name in ("agent", "task", "seed", "condition")): int(r["solved"]) for r in rows}
     blocks, tasks = defaultdict(list), defaultdict(list)
-    for (a, _), d in zip(pairs, apart, strict=True):
-        blocks[a["task"], a["seed"]].append(d)
-    for (task, _), ds in blocks.items():
-        tasks[task].append(fmean(ds))
-    means = [fmean(of) for of in tasks.values()]
-    half = stats.t.ppf(0.975, len(means) - 1) * stdev(means) / math.sqrt(len(means))
-    assert row.low <= fmean(means) - half + 1e-9
-    assert row.high >= fmean(means) + half - 1e-9
-    assert row.clusters == len(blocks)
-    sums = np.array([sum(ds) for ds in blocks.values()])
+    for (agent, task, seed, condition), before in solved.items():
+        if condition == "plain" and (after := solved.get((agent, task, seed, "map"))) is not None:
+            blocks[task, seed].append(after - before)
+            tasks[task].append(after - before)
+    row, student = report.where(family=CONDITIONS)[0], stats.ttest_1samp([fmean(own) for own in tasks.values()], 0)
+    sums, ends = np.array([sum(own) for own in blocks.values()]), student.confidence_interval()
+    assert (row.n, row.clusters) == (sum(map(len, blocks.values())), len(blocks))
+    assert row.value == pytest.approx(fmean(map(fmean, tasks.values())))
+    assert (row.low <= ends.low + 1e-9, row.high >= ends.high - 1e-9) == (True, True)
     flips = np.random.default_rng(1).choice([-1, 1], (40_000, len(blocks))) @ sums
-    student = stats.ttest_1samp(means, 0).pvalue
-    assert row.p_value == pytest.approx(max(np.mean(np.abs(flips) >= abs(sum(apart))), student), abs=3e-3)
+    assert row.p_value == pytest.approx(max(np.mean(np.abs(flips) >= abs(sums.sum())), student.pvalue), abs=3e-3)
     for agent, condition in product({r["agent"] for r in rows}, ("plain", "map")):
-        own = [r | {"did": r["actions"].split()} for r in rows if (r["agent"], r["condition"]) == (agent, condition)]
-        share = found.one("success", agent=agent, condition=condition)
+        own = [r for r in rows if (r["agent"], r["condition"]) == (agent, condition)]
+        share = report.one("success", agent=agent, condition=condition)
         assert (share.count, share.n) == (sum(r["solved"] == "1" for r in own), len(own))
         reach = [r for r in own if len(r["did"]) >= 20]
         loops = [0 < onset(r["did"]) <= 20 for r in reach]
-        assert found.one("loop_rate", agent=agent, condition=condition, of="first 20").count == sum(loops)
+        assert report.one("loop_rate", agent=agent, condition=condition, of="first 20").count == sum(loops)
         if len({*loops}) == 2:
             ends = [[r["solved"] == "1" for r, did in zip(reach, loops, strict=True) if did == side] for side in (1, 0)]
-            gap = found.one("loop_success", agent=agent, condition=condition, of=EARLY).value
+            gap = report.one("loop_success", agent=agent, condition=condition, of=EARLY).value
             assert gap == pytest.approx(fmean(ends[0]) - fmean(ends[1]))
         counts = np.zeros(4)  # solved after a loop, expected so, solved without, expected so
         for step in range(1, 81):
@@ -200,7 +183,7 @@ def test_numbers_are_those_of_other_code(mazes, report):
             for i, side in enumerate((True, False)):
                 inside = [event for looped, event in running if looped == side]
                 counts[2 * i : 2 * i + 2] += sum(inside), share * len(inside)
-        ratio = found.one("loop_success", agent=agent, condition=condition, of=BY_STEP).value
+        ratio = report.one("loop_success", agent=agent, condition=condition, of=BY_STEP).value
         assert ratio == pytest.approx(counts[0] / counts[1] / (counts[2] / counts[3]), rel=1e-6) or ratio is None
 
 
@@ -274,34 +257,40 @@ def test_two_thousand_episodes_of_a_hundred_steps_are_quick_whatever_their_actio
     assert time.process_time() - began < 5
 
 
+def compared(of, values=None, **how):
+    own = sides(of, of.condition == 0, of.condition == 1, of.agent)
+    return own.by, *compare(of, own, of.solved if values is None else values, **how)
+
+
 def test_what_does_not_match_is_compared_over_tasks_and_what_has_no_end_is_bounded():
     rng = np.random.default_rng(5)
     apart = world(rng, tasks=12, seeds=10, seeded=False, effect=0.3)
-    own = sides(apart, apart.condition == 0, apart.condition == 1, apart.agent)
-    first, second, change = compare(apart, own, apart.solved)
-    assert (own.by, change.clusters) == ("tasks", 12)
-    assert change.low > 0
-    by_task = [fmean([apart.solved[(apart.task == t) & (apart.condition == c) & (apart.agent == a)].mean() for a in (0, 1)])
-               for c in (0, 1) for t in range(12)]  # fmt: skip
-    assert change.value == pytest.approx(fmean(by_task[12:]) - fmean(by_task[:12]), abs=1e-3)
-    assert (first, second) == tuple(pytest.approx(apart.solved[apart.condition == c].mean()) for c in (0, 1))
-    one = episodes([0] * 60, [0, 1] * 30, [0] * 60, [-1] * 60, [0, 1] * 20 + [0, 0] * 10)
-    alone = sides(one, one.condition == 0, one.condition == 1, one.agent)
-    assert (alone.by, compare(one, alone, one.solved)[2].detected()) == ("episodes", True)
+    by, first, second, change = compared(apart)
+    assert (by, change.clusters, change.low > 0) == ("tasks", 12, True)
+    means = [apart.solved[apart.condition == c].mean() for c in (0, 1)]  # all tasks have as many
+    assert (first, second, change.value) == tuple(pytest.approx(x) for x in (*means, means[1] - means[0]))
+    by, *_, change = compared(episodes([0] * 60, [0, 1] * 30, [0] * 60, [-1] * 60, [0, 1] * 20 + [0, 0] * 10))
+    assert (by, change.detected()) == ("episodes", True)
     whole = world(rng, tasks=6, seeds=10, effect=0.2, matched=1)
-    half = whole.solved.copy()
-    half[rng.random(len(half)) < 0.1] = np.nan
-    pairs = sides(whole, whole.condition == 0, whole.condition == 1, whole.agent)
-    sure, open_ = (compare(whole, pairs, values)[2] for values in (whole.solved, half))
+    half = np.where(rng.random(len(whole)) < 0.1, np.nan, whole.solved)
+    sure, open_ = compared(whole)[-1], compared(whole, half)[-1]
     assert open_.low <= sure.value <= open_.high
     assert open_.high - open_.low > sure.high - sure.low
+
+
+def test_every_task_counts_alike_however_many_pairs_it_has():
+    t, s = np.repeat([0, 1, 2], [4, 20, 40]), np.arange(64)
+    after = np.where(t == 0, 1, s % 2)
+    by, first, second, change = compared(
+        episodes([0] * 128, [0] * 64 + [1] * 64, [*t] * 2, [*s] * 2, [0] * 64 + [*after])
+    )
+    assert (by, first, second, change.value) == ("pairs", 0, pytest.approx(2 / 3), pytest.approx(2 / 3))
 
 
 def test_every_look_claims_no_more_than_one_look_and_takes_tasks_as_blocks():
     for seed, tasks in product(range(8), (1, 12)):
         of = world(np.random.default_rng(seed), tasks=tasks, seeds=100, agents=1, effect=0.3, matched=1)
-        own = sides(of, of.condition == 0, of.condition == 1, of.agent)
-        once, ever = (compare(of, own, of.solved, every_look=looks)[2] for looks in (False, True))
+        once, ever = (compared(of, every_look=looks)[-1] for looks in (False, True))
         assert (ever.low <= once.low, ever.high >= once.high, ever.p_value >= once.p_value) == (True,) * 3
     assert (once.p_value < 0.001, ever.p_value > 0.05) == (True, True)  # of 12 tasks, however many seeds they have
 
@@ -366,8 +355,7 @@ def test_under_the_null_with_task_effects_few_sentences_are_false_and_pairs_find
         real = world(rng, tasks=10, seeds=8, effect=0.12, matched=0.75)
         for j, seeded in enumerate((True, False)):
             own = real if seeded else world(np.random.default_rng(i), tasks=10, seeds=8, effect=0.12, seeded=False)
-            at = sides(own, own.condition == 0, own.condition == 1, own.agent)
-            power[j] += compare(own, at, own.solved)[2].detected()
+            power[j] += compared(own)[-1].detected()
     limit = worlds * 0.05 + 2.5 * math.sqrt(worlds * 0.05 * 0.95)
     assert {family: n / worlds for family, n in false.items() if n > limit} == {}
     assert power[0] > 1.1 * power[1]
@@ -375,12 +363,9 @@ def test_under_the_null_with_task_effects_few_sentences_are_false_and_pairs_find
 
 @pytest.mark.slow
 def test_loops_that_do_nothing_are_tied_to_failure_in_few_worlds():
-    false = np.zeros(2)
+    false, of = np.zeros(2), {"agent": "agent 0", "condition": "condition 0"}
     for i in range(300):
-        of = looping(np.random.default_rng(i), 200)
-        found = answers(of)
-        rows = [
-            found.get("loop_success", agent="agent 0", condition="condition 0", of=part) for part in (EARLY, BY_STEP)
-        ]
+        found = answers(looping(np.random.default_rng(i), 200))
+        rows = [found.get("loop_success", **of, of=part) for part in (EARLY, BY_STEP)]
         false += [row is not None and row.p_value is not None and row.p_value < 0.05 for row in rows]
     assert (false / 300 < 0.085).all(), false / 300
