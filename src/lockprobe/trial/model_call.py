@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import inf
 from typing import Annotated
 
@@ -49,7 +49,7 @@ class Usage:
 
     def __add__(self, other: Usage) -> Usage:
         """Both together."""
-        return Usage(**{part.name: getattr(self, part.name) + getattr(other, part.name) for part in fields(self)})
+        return Usage(**{name: getattr(self, name) + getattr(other, name) for name in Usage.__slots__})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -71,6 +71,8 @@ def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_
         for attempt in range(2):
             await calls.of(PLAN).reserve(about(replace(replied(step), key=f"{step}"), unanswered=attempt))
             assert [call.unanswered for call in read_calls(tmp_path) if call.step == step] == [attempt]
+        await calls.of(PLAN).write(replace(replied(step), key=f"{step}"))
+        await calls.of(PLAN).reserve(about(replace(replied(step, request="next"), key=f"{step}")))
 
     async def all_of_them(calls):
         lanes = [asyncio.create_task(lane(calls, step)) for step in range(1, 9)]
@@ -81,12 +83,10 @@ def test_a_request_and_its_attempts_are_on_the_disk_itself_before_they_are_sent_
     with call_log(tmp_path) as calls:
         monkeypatch.setattr(Database, "transaction", lambda store, **how: commits.append(how) or plain(store, **how))
         (cancelled, *ended) = asyncio.run(all_of_them(calls))
-    assert (type(cancelled), ended, commits) == (
-        asyncio.CancelledError,
-        [None] * 7,
-        [{"sync": True}, {}, {"sync": True}],
-    )
-    assert [(call.step, call.unanswered) for call in read_calls(tmp_path)] == [(n, 1) for n in range(2, 9)]
+    assert (type(cancelled), ended) == (asyncio.CancelledError, [None] * 7)
+    assert commits == [{"sync": True}, {}, {"sync": True}, {"sync": True}]  # a reply and what follows from it in one
+    said = [(call.step, call.request, call.broken_off) for call in read_calls(tmp_path)]
+    assert said == [*((n, "r", False) for n in range(2, 9)), *((n, "next", True) for n in range(2, 9))]
 
 
 @pytest.mark.parametrize("turns", range(10))

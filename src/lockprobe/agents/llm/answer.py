@@ -118,9 +118,9 @@ class NoReply(Exception):
 
 
 def read_answer(
-    asked: Call, status: int, headers: Mapping[str, str], content: bytes, names: Collection[str] = ()
+    asked: Call, seconds: float, status: int, headers: Mapping[str, str], content: bytes, names: Collection[str] = ()
 ) -> Call:
-    """The call with the reply in an answer, of a refusal with its words, and with what it cost.
+    """The call with the reply in an answer, of a refusal with its words, and with what it and failed attempts cost.
 
     ``names`` are the fields of the object that a schema asks for; where it stands in the reasoning, nothing else comes.
 
@@ -137,12 +137,12 @@ def read_answer(
         came = {"error": whole}
     if "stop_reason" in came:
         came = _of_messages(came)
-    usage = None if status >= 400 else _usage(came)
+    usage = (None if status >= 400 else _usage(came)) or Usage(calls=1)
     try:
-        text, stop, thoughts = _read(came, status, usage or Usage())
+        text, stop, thoughts = _read(came, status, usage)
     except NoReply as none:
         wait = re.fullmatch(r"\d{1,9}(\.\d*)?", headers.get("retry-after", ""))
-        none.usage, none.wait = replace(usage or Usage(), calls=0), float(wait[0]) if wait else None
+        none.usage, none.wait = replace(usage, calls=0), float(wait[0]) if wait else None
         raise
     if names and not text.strip():
         last = _object(thoughts[thoughts.rfind("{") :]) or {}
@@ -151,12 +151,15 @@ def read_answer(
         said if isinstance(said := came.get(name), str) else "" for name in ("model", "provider", "system_fingerprint")
     )
     served = ", ".join(filter(None, (f"{model} by {provider}" if provider else model, version)))
+    lost, counted = asked.usage != Usage(), bool(usage.input_tokens or usage.output_tokens)
     return replace(
         asked,
         reply=without_keys(text)[:LONGEST_REPLY],
         stop=stop,
         served=printable(without_keys(served))[:200],
-        usage=usage or Usage(calls=1),
+        usage=usage + asked.usage if lost else usage,
+        seconds=seconds,
+        unanswered=asked.unanswered + (lost and not counted),  # the sum would hide it
         reasoned=bool(thoughts),
     )
 

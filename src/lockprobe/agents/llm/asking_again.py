@@ -49,8 +49,8 @@ async def decided(situation: Situation, model: Model, ask: Ask) -> Decision:
         answer = await ask(asked, messages, schema)
         verdict = verdict_on(answer, situation)
         text = answer.reply or ""
+        usage = usage + answer.usage if replies else answer.usage
         replies.append(text)
-        usage += answer.usage
         if isinstance(verdict, Decision):
             return replace(verdict, replies=tuple(replies), usage=usage, served=answer.served)
         if isinstance(verdict, RefusalFault):

@@ -47,6 +47,7 @@ class ModelClient:
         self.slots = asyncio.Semaphore(access.connections)
         proxies = getproxies()
         try:
+            self._url = httpx.URL(self.server.url)
             secure = any(url.startswith("https:") for url in (self.server.url, *proxies.values()))
             self._trust = httpx.create_ssl_context() if secure else False  # which takes a tenth of a second
             self._open()
@@ -56,7 +57,7 @@ class ModelClient:
 
     def _open(self) -> None:
         timeout = httpx.Timeout(None, connect=self._access.connect)
-        self._idle.append(httpx.AsyncClient(verify=self._trust, timeout=timeout))
+        self._idle.append(httpx.AsyncClient(headers=self.server.headers, verify=self._trust, timeout=timeout))
 
     async def ask(
         self,
@@ -77,8 +78,8 @@ class ModelClient:
             if again is not None and failed is not asked:
                 await again(failed)
             try:
-                reply = read_answer(asked, *await self._once(content), names)
-                break
+                came = await self._once(content)
+                return read_answer(failed, time.perf_counter() - began, *came, names)
             except NoReply as none:
                 failed = replace(
                     failed,
@@ -94,14 +95,6 @@ class ModelClient:
                 if none.wait is None:
                     await self.pause(failed.retries)
                 await asyncio.sleep(wait * random.uniform(1, 1.25))  # noqa: S311 - no secret
-        counted = reply.usage.input_tokens or reply.usage.output_tokens
-        return replace(
-            reply,
-            usage=reply.usage + failed.usage,
-            seconds=time.perf_counter() - began,
-            retries=failed.retries,
-            unanswered=failed.unanswered + (failed.usage != Usage() and not counted),  # the sum would hide it
-        )
 
     async def pause(self, times: int) -> None:
         """Wait before a request is made again that has failed, or had no usable reply, so many times."""
@@ -121,7 +114,7 @@ class ModelClient:
         try:
             async with (
                 asyncio.timeout(self._access.timeout),
-                http.stream("POST", self.server.url, content=content, headers=self.server.headers) as answer,
+                http.stream("POST", self._url, content=content) as answer,
             ):
                 packed = answer.headers.get("content-encoding", "identity").lower()
                 if packed not in ("identity", "gzip", "deflate"):  # others unpack so much at once that no limit helps

@@ -80,8 +80,7 @@ class HostedModel:
         async def once(new: Call, messages: Sequence[Message], schema: dict[str, object]) -> Call:
             await self.line.pause(new.turn - 1)
             worst = model.at_most(messages)
-            asked = replace(new, key=self._key, most=worst)
-            done = replace(asked, error=BROKEN_OFF)
+            done = asked = replace(new, key=self._key, most=worst)
             async with self.line.slots:
                 if book is not None:
                     await book.reserve(asked)
@@ -96,7 +95,7 @@ class HostedModel:
                         done = replace(done, stop="", served="", reasoned=False)
                 finally:
                     if book is not None:
-                        await book.write(replace(done, most=None))
+                        await book.write(replace(done, error=BROKEN_OFF) if done is asked else done)
             if done.reply is None:
                 raise ModelFault(done.error)
             return done
@@ -120,9 +119,9 @@ class HostedModel:
             if last and len(got) >= _ALIKE and len(set(got)) >= _ALIKE_TRIALS:
                 why = f"all trials get the same words in the place of replies: {text[:200]!r}"
         (before, read), tokens = self._read, _counted(answer)
-        old, new = (sum(len(one.text.encode(errors="surrogatepass")) for one in talk) for talk in (before, messages))
-        grown = new > old and all(one.text == other.text for one, other in zip(before, messages, strict=False))
-        if grown and read * 8 >= old and new - old + PER_MESSAGE < tokens <= read:
+        was, now = ("".join([one.text for one in talk]) for talk in (before, messages))
+        old, new = (len(text.encode(errors="surrogatepass")) for text in (was, now))
+        if tokens <= read and read * 8 >= old and now.startswith(was) and old < new < old + tokens - PER_MESSAGE:
             why = (
                 f"the server read {tokens} tokens of a conversation of which it had read {read} before, so it leaves "
                 f"out what does not fit{MENDING}give it a larger context (Ollama: OLLAMA_CONTEXT_LENGTH=16384; "

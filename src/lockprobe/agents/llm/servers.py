@@ -128,8 +128,8 @@ def _as_completions(
     server: Server, model: Model, said: list[dict[str, Any]], schema: dict[str, object]
 ) -> dict[str, Any]:
     body = {"messages": said, "model": server.model, **model.parameters()}
-    openai = server.provider == "openai" or _host(server.url).endswith(_AZURE)
-    if openai and "max_tokens" in body and model.facts.reasons is not False:  # models that reason refuse the older name
+    older = "max_tokens" in body and model.facts.reasons is not False  # a name that models refuse that reason
+    if older and (server.provider == "openai" or _host(server.url).endswith(_AZURE)):
         body["max_completion_tokens"] = body.pop("max_tokens")
     if server.provider == "openrouter":
         if upstream := body.pop("upstream", None):

@@ -125,14 +125,14 @@ class Model:
         A tokenizer makes no more tokens of a text than the text has bytes. Providers count a picture by area or by
         squares, and some scale large ones down first: never more than so much for every block of 1024 by 1024 pixels.
         """
-        text = sum(len(message.text.encode(errors="surrogatepass")) + PER_MESSAGE for message in messages)
-        blocks = 0
-        for png in (picture.png for message in messages for picture in message.pictures):
+        text = "".join([message.text for message in messages]).encode(errors="surrogatepass")
+        tokens, blocks = len(text) + PER_MESSAGE * len(messages) + FORM, 0
+        for png in [picture.png for message in messages for picture in message.pictures]:
             sides = [int.from_bytes(png[at : at + 4], "big") for at in (16, 20)] if png[12:16] == b"IHDR" else [1, 1]
             blocks += max(1, ceil(sides[0] / 1024)) * max(1, ceil(sides[1] / 1024))
         return Usage(
             calls=1,
-            input_tokens=text + FORM + (self.facts.picture_tokens or MOST_PER_PICTURE) * blocks,
+            input_tokens=tokens + (self.facts.picture_tokens or MOST_PER_PICTURE) * blocks,
             output_tokens=self.settings.max_tokens or self.facts.most_output or MOST_OUTPUT,
         )
 

@@ -3,7 +3,7 @@
 A reply that was paid for is never lost. A trial that was interrupted by a fault, a kill or the budget resumes at the
 same point: its earlier calls are looked up, not repeated. The cost of a study is the sum of its calls, including those
 of broken trials. A call is written as broken off, with its maximum cost, until it has an outcome: so a kill leaves it.
-Calls that wait for the disk at the same time share one commit.
+Calls that come at the same time share one commit, and so do a reply and the call that follows from it.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class Calls:
         number, began = (next(self._numbers), time.monotonic()) if known is None else (known[0], known[2])
         self._on_their_way[call.key] = number, call, began
         try:
-            await self._put(number, replace(call, error=BROKEN_OFF))
+            await self._put(number, call)
         except BaseException:  # it is not sent, and leaves nothing; of one that was before, its caller writes what came
             if known is None:
                 del self._on_their_way[call.key]
@@ -169,7 +169,8 @@ class Calls:
         self._claimed = self._claimed or (call if call.claimed is not None else None)
         self.spent = spent_by_agent([call], self.spent)
         self._settle(call)
-        await self._put(number, call)
+        # from its reply a trial goes on meanwhile, but alone, where its plant might hold up the commit
+        await self._put(number, call, wait=call.reply is None or not self._on_their_way)
 
     def _settle(self, call: Call) -> None:
         """What was reserved for a call is free, and whoever waits asks the budget again."""
@@ -178,17 +179,24 @@ class Calls:
         self._news.set()
         self._news = asyncio.Event()
 
-    async def _put(self, number: int, call: Call) -> None:
-        """Write a row and wait for the disk, with all others that are to be written before the next commit."""
+    async def _put(self, number: int, call: Call, *, wait: bool = True) -> None:
+        """Write a row with all others that are to be written before the next commit, and wait for the disk."""
         said = _adapter.dump_json(call, exclude_defaults=True).decode()
         self._rows.append((number, call.key, said, checksum(call.key, said)))
         if self._commit is None or self._commit.done():
             self._commit = asyncio.create_task(self._written())
-        try:
-            await asyncio.shield(self._commit)  # which others wait for
-        except asyncio.CancelledError:  # nobody may be left to wait for it
-            self._write_rows()
-            raise
+            self._commit.add_done_callback(lambda it: it.cancelled() or it.exception())  # which the next commit repeats
+        if wait:
+            await self.committed()
+
+    async def committed(self) -> None:
+        """Wait until all calls so far are on disk."""
+        if self._rows and self._commit is not None:
+            try:
+                await asyncio.shield(self._commit)  # which others wait for
+            except asyncio.CancelledError:  # nobody may be left to wait for it
+                self._write_rows()
+                raise
 
     async def _written(self) -> None:
         for _ in range(_TURNS):
@@ -214,8 +222,8 @@ class TrialCalls:
 
     async def reserve(self, call: Call) -> None:
         """See :meth:`Calls.reserve`."""
-        await self._calls.reserve(replace(call, agent=self._agent))
+        await self._calls.reserve(replace(call, agent=self._agent, error=BROKEN_OFF))
 
     async def write(self, call: Call) -> None:
         """See :meth:`Calls.write`."""
-        await self._calls.write(replace(call, agent=self._agent))
+        await self._calls.write(replace(call, agent=self._agent, most=None))

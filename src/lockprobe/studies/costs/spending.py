@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
 from typing import Any, Self
@@ -56,7 +56,7 @@ class Spending:
         """The cost of one call."""
         replied = call.reply is not None
         return cls(
-            usage=replace(call.usage, calls=max(1, call.usage.calls) if replied else 0),
+            usage=call.usage if replied and call.usage.calls else replace(call.usage, calls=int(replied)),
             failed=int(not replied and not call.broken_off),
             broken_off=int(call.broken_off),
             unpriced=call.unpriced,
@@ -76,10 +76,8 @@ class Spending:
 
     def __add__(self, other: Spending) -> Spending:
         """Both together; what is None in one of them is None."""
-        found = dict[str, Any]()
-        for name in (one.name for one in fields(self) if one.name != "price"):
-            mine, theirs = getattr(self, name), getattr(other, name)
-            found[name] = None if mine is None or theirs is None else mine + theirs
+        both = {name: (getattr(self, name), getattr(other, name)) for name in Spending.__slots__ if name != "price"}
+        found: dict[str, Any] = {name: None if None in pair else add(*pair) for name, pair in both.items()}
         return Spending(**found, price=self.price if self.price == other.price else None)
 
 

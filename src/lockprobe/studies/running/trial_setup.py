@@ -77,6 +77,8 @@ async def play_timed(
         place=place,
         recorded=recorded,
     )
+    if calls is not None:
+        await calls.committed()
     if spec_kind(plan.agent) == "python" and recorded is None:
         trial = replace(trial, facts={**trial.facts, **_source(type(agent))})
     return trial, time.perf_counter() - began
