@@ -49,7 +49,7 @@ class ModelClient:
         try:
             self._url = httpx.URL(self.server.url)
             secure = any(url.startswith("https:") for url in (self.server.url, *proxies.values()))
-            self._trust = httpx.create_ssl_context() if secure else False  # which takes a tenth of a second
+            self._trust = httpx.create_ssl_context(secure)  # with certificates it takes a tenth of a second
             self._open()
         except (ImportError, OSError, ValueError, httpx.InvalidURL) as error:
             given = without_secrets(f"proxies {proxies}: {error}")
