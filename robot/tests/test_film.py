@@ -115,7 +115,7 @@ def test_what_differs_from_the_record_is_said(tmp_path, monkeypatch):
         plan_of(study, replace(trial, labels=trial.labels[::-1]))
 
 
-@pytest.mark.parametrize(("plant", "note"), [("symbolic", "shows twin in its place"), ("rig", "")])
+@pytest.mark.parametrize(("plant", "note"), [("symbolic", "shows twin in its place"), ("rig?rung=twin", "")])
 def test_an_arm_is_filmed_while_it_moves_also_where_a_trial_had_none(plant, note, tmp_path, monkeypatch):
     """The arm of a rig moves in a thread of its own."""
     monkeypatch.setattr(make, "_SPEED", 15)

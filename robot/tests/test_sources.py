@@ -18,7 +18,7 @@ def told(trial):
 
 @pytest.mark.parametrize(
     ("plant", "sources", "steps"),
-    [("rig", ("truth", "verdict"), 3), (f"fast-twin?{SMALL}", ("camera",), 6)],
+    [("rig?rung=scripted", ("truth", "verdict"), 20), (f"fast-twin?{SMALL}", ("camera",), 6)],
 )
 def test_without_error_all_sources_tell_the_truth(plant, sources, steps):
     """Flips act on what each of them says."""

@@ -145,25 +145,25 @@ def manual(spec: Spec) -> PlantSource:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _RehearsalSettings:
-    rung: Literal["twin"] = "twin"
+    rung: Literal["scripted", "twin"] = "scripted"
 
 
 def rig(spec: Spec) -> PlantSource:
-    """The adapter of a real arm, rehearsed on the arm of the twin.
+    """The adapter of a real arm, in rehearsal.
 
-    Options: rung (twin).
+    Options: rung (scripted, twin).
     """
-    with_options(_RehearsalSettings, "rig", spec.options)
+    settings = with_options(_RehearsalSettings, "rig", spec.options)
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe_robot.hardware.rehearsal import rehearsed_rig
 
-        return rehearsed_rig(box, labels, rng, film)
+        return rehearsed_rig(settings.rung, box, labels, rng, film)
 
     return PlantSource(
         spec=str(spec),
         make=make,
-        make_filmed=make,
+        make_filmed=None if settings.rung == "scripted" else make,
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
         has_arm=True,
         options={},

@@ -2,11 +2,11 @@
 
 import numpy as np
 from drawn_board import HANDLES, HEIGHT, WIDTH, board
-from hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.calibration.calibration_file import calibrated_board
 from lockprobe_robot.hardware.bounds import Bounded, Bounds
 from lockprobe_robot.hardware.rig import Rig
+from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.hardware.sight import CameraSight, ImageHandles, Shot
 
 from lockprobe.plants.manual import ENTER, OperatorStopped
@@ -33,11 +33,11 @@ class Willing:
 
 
 class Breaking(ScriptedArm):
-    """A scripted arm whose ``at``-th follow does something else."""
+    """A scripted arm whose ``at``-th follow does something else. What it is told is in ``log``."""
 
     def __init__(self, box, path, *, at=10**9, instead=lambda arm: None):
         super().__init__(box, path)
-        self._at_call, self._instead, self.calls = at, instead, 0
+        self.log, self._at_call, self._instead, self.calls = [], at, instead, 0
 
     def follow(self, position, velocity, *, stiffness):
         self.calls += 1
@@ -45,6 +45,9 @@ class Breaking(ScriptedArm):
             self.log.append("broke")
             self._instead(self)
         super().follow(position, velocity, stiffness=stiffness)
+
+    def stop(self):
+        self.log.append("stop")
 
 
 class DrawnCamera:
@@ -88,7 +91,7 @@ def rig_of(box, labels=tuple("ABCDE"), *, truth="verdict", operator=None, panel=
 
 
 def faulty_rig(*, box, labels, rng):
-    """A rig whose arm loses its connection in the first trial that is played in this process, and in no other."""
+    """A rig whose arm loses its connection in the first trial that is played in this process."""
     return rig_of(box, labels, at=10**9 if BROKEN else 30, instead=_lost)[0]
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hardware.scripted_arm import ScriptedArm
 from lockprobe_robot.box_model.panel import lay_out_panel
 from lockprobe_robot.hardware import rehearsal
 from lockprobe_robot.hardware.bounds import Bounded
 from lockprobe_robot.hardware.rig import Rig
+from lockprobe_robot.hardware.scripted_arm import ScriptedArm
 from scipy.spatial.transform import Rotation
 
 from lockprobe.boxes.families import box

@@ -122,7 +122,7 @@ def test_what_was_lost_is_owed_and_played_by_the_same_command(tmp_path):
         ({"agent": ["llm:mockllm/model"]}, False),  # each call is in this study's log and budget
         ({"agent": ["python:strange:First"]}, False),  # it may pay, or is not there
         ({"agent": ["random"], "plant": "python:strange:Plain"}, False),  # it may move
-        ({"agent": ["random"], "plant": "rig"}, False),
+        ({"agent": ["random"], "plant": "rig?rung=scripted"}, False),
         ({"agent": ["random"], "condition": ["python:strange:Hush?steps=1"]}, False),
     ],
 )

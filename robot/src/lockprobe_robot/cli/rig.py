@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 
-_PLANT = "rig, or your rig as python:MODULE:NAME"
+_PLANT = "rig?rung=scripted|twin, or your rig as python:MODULE:NAME"
 
 _NEAR = 1.0
 """Pixels by which corners miss their places at most if the tags are those of the board."""
@@ -30,7 +30,7 @@ NOT_GOOD = 1
 
 @app.command()
 def check(
-    plant: Annotated[str, typer.Option(help=options.with_brackets(options.PLANT, _PLANT))] = "rig",
+    plant: Annotated[str, typer.Option(help=options.with_brackets(options.PLANT, _PLANT))] = "rig?rung=twin",
     box: options.Box = DEFAULT_BOX,
     json: options.AsJson = False,
 ) -> None:
