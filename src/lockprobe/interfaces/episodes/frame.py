@@ -72,7 +72,10 @@ class Episodes:
 
 def combined(*columns: Codes) -> Codes:
     """The combinations of codes, numbered as they come, from 0."""
-    _, first, found = np.unique(np.stack(columns), axis=1, return_index=True, return_inverse=True)
+    found = np.zeros(len(columns[0]), dtype=np.int64)
+    for column in columns:  # numbered anew each time, so that no product is too large
+        found = np.unique(found * (int(column.max(initial=0)) + 1) + column, return_inverse=True)[1].reshape(-1)
+    _, first, found = np.unique(found, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[found.reshape(-1)]
 
 
