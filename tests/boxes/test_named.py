@@ -65,8 +65,3 @@ def test_hundreds_of_boxes_are_valid_or_refused_with_the_reason():
             assert (optimum(easier) >= shortest) == (kind == "made")
     assert set(counts) == {"made", "too short", "unsolvable", "contradictory"}
     assert counts["made"] > 150
-
-
-def test_a_family_that_does_not_exist_is_refused():
-    with pytest.raises(UnknownName, match="no family is called 'chian'.*random-2 to random-8"):
-        generate("chian")

@@ -80,6 +80,7 @@ box show none.toml | none.toml: cannot be read
 box show --out x.pdf | in .svg, .png or .xml
 box show --arm --out x.svg | --arm: got True, expected --out FILE.xml with it
 box generate --family chain | no family is called 'chain'
+box generate --family random | random-2 to random-8
 list measures nowhere | nowhere: no study.json here
 import @/S nowhere | nowhere: no study.db here
 import @/S @/S | a directory other than DIR

@@ -16,7 +16,6 @@ from lockprobe.cli import build
 from lockprobe.studies.running.single import run_trial
 
 SEED = 16
-HUMAN = run_trial(agent="human-inspired", p=0.2, seed=SEED)
 
 
 def play(*words, lines="", seed=SEED):

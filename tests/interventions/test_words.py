@@ -12,9 +12,6 @@ from lockprobe import run_trial
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.record import Moment, Percept, Task
 
-TASK = Task(joints=("B", "A"), target="A", budget=20)
-
-
 FORMS, TELLS = ("words", "json"), ("state", "outcome", "both")
 LABELS = ("B", "D", "A", "C", "E")
 EARLIER = (Moment(was=Percept(), told=Percept()),)

@@ -31,8 +31,8 @@ class Loaded:
     def __init__(self, number):
         self.number = number
 
-    def random(self):
-        return self.number
+    def random(self, size):
+        return np.full(size, self.number)
 
 
 def branches(policy, puzzle, flip, tell, left, situation, past, configuration):

@@ -65,11 +65,11 @@ def test_the_records_are_those_of_the_loop(agent, told, **asked):
     [
         *(("random", f"flip?p=0.4&{more}") for more in ("at=3", "only=moved", "while=looping")),
         *(("random", condition) for condition in ("nudge", "flip?p=0.4 + flip?p=0.4", "tremble?p=0.1")),
-        ("python:strange:Mine", "flip?p=0.4"),
+        ("python:randomly:Mine", "flip?p=0.4"),
     ],
 )
 def test_what_the_kernel_does_not_know_is_the_loops(tmp_path, monkeypatch, agent, condition):
-    (tmp_path / "strange.py").write_text(
+    (tmp_path / "randomly.py").write_text(
         "from lockprobe.agents.strategies import RandomAgent\nclass Mine(RandomAgent): ..."
     )
     monkeypatch.syspath_prepend(tmp_path)

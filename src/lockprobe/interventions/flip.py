@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from itertools import compress
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
@@ -41,8 +40,6 @@ Others = Literal["fresh", "kept", "partly", "noisy"]
 Part = Literal["both", "outcome", "position"]
 Only = Literal["moved", "blocked", "any"]
 While = Literal["looping", "always"]
-
-_BITS = tuple(1 << place for place in range(64))
 
 READINGS: Mapping[tuple[Inverts, Others], str] = {
     ("position", "fresh"): "memoryless state noise",
@@ -156,8 +153,7 @@ class OutcomeFlip(Checked):
         """The percept with its outcome inverted, or not."""
         if percept.joint is None:
             return percept
-        outcome, step, count = percept.outcome, len(past), self.numbers(len(task.joints))
-        numbers = [rng.random()] if count == 1 else rng.random(count).tolist()
+        outcome, step, numbers = percept.outcome, len(past), rng.random(self.numbers(len(task.joints))).tolist()
         can_lie = outcome is not None and self.falls_on(step)
         flipped = can_lie and self.only in ("any", outcome) and numbers[0] < self.rate(percept)
         if flipped and self.while_ == "looping":  # three attempts or more that stood so before (paper, Sec. 3.3)
@@ -174,21 +170,15 @@ class OutcomeFlip(Checked):
         """The percept of an attempt as this flip tells it, inverted or not, with what :meth:`lasting` gives."""
         outcome, positions = percept.outcome, percept.positions
         if positions is not None and percept.joint is not None:
-            place = task.joints.index(percept.joint)
+            bit = 1 << task.joints.index(percept.joint)
             before, moved = past[-1].reported.positions if past else None, outcome == "moved"
-            if not (flipped or lasting or (before and before[place] == (positions[place] == moved))):
-                return percept  # nor was its position told falsely before
-            now, last = sum(compress(_BITS, positions)), sum(compress(_BITS, before or positions))
-            bit = 1 << place
+            now, last = (sum(at << place for place, at in enumerate(said)) for said in (positions, before or positions))
             if before is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
                 last = (last & ~bit) | ((now ^ moved * bit) & bit)
             told = self.positions(now, last, bit, moved=moved, flipped=flipped, lasting=lasting)
-            if told != now:
-                positions = tuple([bool(told >> i & 1) for i in range(len(positions))])
+            positions = tuple(bool(told >> place & 1) for place in range(len(positions)))
         if flipped and outcome is not None and self.part != "position":
             outcome = "blocked" if outcome == "moved" else "moved"
-        if (outcome, positions) == (percept.outcome, percept.positions):
-            return percept
         return percept.but(outcome=outcome, positions=positions)
 
     def numbers(self, joints: int) -> int:

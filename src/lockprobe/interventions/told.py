@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from lockprobe.foundation.validation import Checked, Share, StepNumber, Within
@@ -18,9 +17,6 @@ Luck = Literal["own", "flip"]
 
 Says = Literal["lie", "truth"]
 """What a statement says: a false report, or the true one."""
-
-_flip = cache(OutcomeFlip)
-"""Flips by their options, made once: corrections need one in every step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,7 +130,7 @@ class Correction(AtRate):
         """The percept as its last statement tells it, with the first one if it is corrected."""
         if percept.joint is None:
             return percept
-        lies = _flip(p=self.p, inverts=self.inverts, others=self.others)
+        lies = OutcomeFlip(p=self.p, inverts=self.inverts, others=self.others)
         hit = self.hits(rng.random(), len(past))
 
         def said(says: Says) -> Percept:

@@ -40,7 +40,6 @@ class TextChannel(Checked):
     """
 
     always_tells: ClassVar[bool] = True
-    draws: ClassVar[bool] = False
     tell: Tell = "both"
     form: Form = "words"
     places: bool = False

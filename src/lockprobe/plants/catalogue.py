@@ -127,9 +127,7 @@ def _of_robot(plant: str) -> Plugin:
 
 def plant_of(plan: Plan) -> Plant:
     """The plant of one trial."""
-    luck = plan.luck  # the symbolic box draws nothing: a generator for it would take as long as three steps
-    rng = luck.generator if plan.plant == "symbolic" else luck.physics()
-    return resolve_plant(plan.plant).make(plan.box, plan.names.labels, rng)
+    return resolve_plant(plan.plant).make(plan.box, plan.names.labels, plan.luck.physics())
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:

@@ -13,10 +13,11 @@ import numpy as np
 from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.solve import space_of
-from lockprobe.interventions.modality import interventions_for, places_in, shown
+from lockprobe.interventions.modality import interventions_for, shown
 from lockprobe.interventions.words import TextChannel
 from lockprobe.simulation.kernel import Minds, World, courses, flip_alone
 from lockprobe.trial.loop import record_of
+from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Outcome, Snapshot, Step, Trial, facts_of
@@ -39,7 +40,8 @@ def minds_of(agent: Agent, plan: Plan) -> Minds | None:
 def play_many(plans: Sequence[Plan], minds: Minds) -> list[Trial]:
     """Play trials that differ in nothing but repetition and trial; what is equal in their records is one object."""
     policy, world, facts = minds.policy, minds.world, facts_of(minds.policy.facts)
-    box, tell, places, channel = world.box, world.tell, places_in(plans[0].condition), shown(plans[0].modality)
+    box, tell, channel = world.box, world.tell, shown(plans[0].modality)
+    places = Places(interventions_for(plans[0].condition))
     assert isinstance(channel, TextChannel)
     orders = np.array([plan.names.order for plan in plans])
     repetitions, numbers = np.array([(plan.repetition, plan.trial) for plan in plans]).T

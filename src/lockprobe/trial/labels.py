@@ -44,9 +44,6 @@ def orders_of_study(
     return tuple(labelled.index(joint) for joint in range(joints)), tuple(listed)
 
 
-_UNSEEN = Percept()
-
-
 class Names:
     """Translates between the agent's labels and listing and the box's joints in panel order.
 
@@ -80,10 +77,10 @@ class Names:
 
     def percept(self, snapshot: Snapshot) -> Percept:
         """The truth in the agent's terms, without a way to look."""
-        return _UNSEEN.but(
+        return Percept(
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
-            positions=tuple(map(snapshot.configuration.__getitem__, self.order)),
+            positions=tuple(snapshot.configuration[joint] for joint in self.order),
         )
 
     def picture(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
@@ -100,4 +97,4 @@ class Names:
 
     def configuration(self, positions: tuple[bool, ...]) -> Configuration:
         """Positions of the joints as listed, in panel order."""
-        return tuple(map(positions.__getitem__, self._listed))
+        return tuple(positions[place] for place in self._listed)

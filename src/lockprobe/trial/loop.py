@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import Awaitable, Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import chain
 from traceback import walk_tb
-from types import TracebackType
 from typing import Any, TypeVar
 
 from lockprobe.boxes.box import bits
@@ -71,40 +70,28 @@ _PASSING = (LockprobeError, KeyboardInterrupt, GeneratorExit)
 """What passes every boundary. An agent's sys.exit() does not: it ends its trial, not the study."""
 
 
-class Boundary(AbstractContextManager[None]):
-    """Turns any error inside into one kind of fault. Lockprobe's own errors pass unchanged.
-
-    ``part`` is what the message calls code that somebody wrote for this part; its file and line are named then.
-    """
-
-    __slots__ = ("_fault", "_part")
-
-    def __init__(self, fault: type[TrialFault], part: str = "") -> None:
-        self._fault, self._part = fault, part
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is None or isinstance(error, _PASSING):
-            return
+@contextmanager
+def boundary(fault: type[TrialFault]) -> Iterator[None]:
+    """Turn any error inside into one kind of fault; of an agent it names the line. Lockprobe's own pass unchanged."""
+    try:
+        yield
+    except _PASSING:
+        raise
+    except BaseException as error:
         if isinstance(error, asyncio.CancelledError):  # one that only says so, as after a timeout inside, is an error
             with suppress(RuntimeError):  # nothing here can be cancelled
                 if (task := asyncio.current_task()) is not None and task.cancelling() > 0:
-                    return
-        line = own_line(walk_tb(trace)) if self._part else ""
-        where = f"in {self._part} ({line}): " if line else ""
-        raise self._fault(f"{where}{kind_and_words(error)}") from error
-
-
-AGENT = Boundary(ModelFault, "the agent")
-INTERVENTIONS, PLANT = Boundary(ChannelFault), Boundary(PlantFault)
+                    raise
+        line = own_line(walk_tb(error.__traceback__)) if fault is ModelFault else ""
+        where = f"in the agent ({line}): " if line else ""
+        raise fault(f"{where}{kind_and_words(error)}") from error
 
 
 async def play(
     plan: Plan,
     *,
     plant: Callable[[], Plant],
-    interventions: Sequence[Intervention] | Places,
+    interventions: Sequence[Intervention],
     agent: Agent,
     on_step: Callable[[Step], object] = lambda step: None,
     keep: Callable[[Picture], None] | None = None,
@@ -120,7 +107,7 @@ async def play(
     Args:
         plan: The trial to play.
         plant: Makes a fresh plant that holds ``plan.box``, which is closed at the end.
-        interventions: In the order in which they act, or their places, which all trials of a condition have alike.
+        interventions: In the order in which they act.
         agent: The agent that decides.
         on_step: Called after every step.
         keep: Called with every picture that the record names; without it the pictures are lost.
@@ -128,7 +115,7 @@ async def play(
         recorded: A record of the trial, from which the camera's readings are taken, since another renderer might give
             others.
     """
-    places = interventions if isinstance(interventions, Places) else Places(interventions)
+    places = Places(interventions)
     loop = _Loop(plan, plant, places, agent, keep, place, recorded)
     ending: Ending = "error"
     fault: TrialFault | None = None
@@ -139,9 +126,9 @@ async def play(
         except TrialFault as broke:
             fault = broke
         try:
-            with AGENT:
+            with boundary(ModelFault):
                 facts = facts_of(agent.facts)
-            with PLANT:
+            with boundary(PlantFault):
                 if loop.plant is not None and (said := loop.plant.facts):
                     of_plant = facts_of({"plant": plan.plant, **said})
                     if recorded is not None and CAMERA in recorded.opening_sensed and "renderer" in of_plant:
@@ -242,7 +229,6 @@ class _Loop:
         self.plan, self.make, self.places, self.agent, self.keep, self.at = plan, make, places, agent, keep, at
         self.names, self.luck, self.fork, self.source = plan.names, plan.luck, plan.fork, source_of(plan.modality)
         self.patient = not type(agent).__module__.startswith("lockprobe.")  # which have limits of their own
-        self.unsaid = Briefing(hypothesis=plan.hypothesis)
         self.plant: Plant | None = None
         self.sensed = [recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else []
         self.opening: Mapping[str, Any] = {"opening": ""}
@@ -254,7 +240,7 @@ class _Loop:
 
     async def run(self, on_step: Callable[[Step], object]) -> Ending:
         """Look at the box for the first time, and play step by step; how the trial ends."""
-        with PLANT:
+        with boundary(PlantFault):
             snapshot, self.state, moment = await self.at(self._happened)
             sensed = facts_of(snapshot.sensed)
         self.moments, self.shown, told = (moment,), moment.shown, moment.told
@@ -270,16 +256,15 @@ class _Loop:
         """Ask the agent, attempt a joint, tell it what happened."""
         past, number, acting, task = self.moments, len(self.moments), self.places.at, self.names.task
         labels, joints, fork = self.names.labels, self.plan.box.joints, self.fork
-        turns, briefing, report = self.turns, self.unsaid, past[-1].told
-        if acting["remembered"] or acting["asked"]:  # their luck is that of the report
-            with INTERVENTIONS:
-                turns = self._passed(acting["remembered"], turns, number - 1)
-                if not isinstance(turns, tuple):
-                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-                briefing = self._passed(acting["asked"], briefing, number - 1)
-                briefing.remark.encode()  # breaks if it cannot be written
+        report = past[-1].told
+        with boundary(ChannelFault):  # their luck is that of the report
+            turns = self._passed(acting["remembered"], self.turns, number - 1)
+            if not isinstance(turns, tuple):
+                raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+            briefing = self._passed(acting["asked"], Briefing(hypothesis=self.plan.hypothesis), number - 1)
+            briefing.remark.encode()  # breaks if it cannot be written
         recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
-        with AGENT:  # of a fork nothing is asked that is on record, but an agent that draws from its stream
+        with boundary(ModelFault):  # of a fork nothing on record is asked, but an agent that draws from its stream
             if recorded is not None and getattr(self.agent, "unseeded", False):
                 decision = recorded.decision
             else:
@@ -289,17 +274,15 @@ class _Loop:
                     answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
                 decision = await answer
         decision = usable(decision, task)
-        label = decision.joint
-        if acting["done"]:
-            with INTERVENTIONS:
-                label = self._passed(acting["done"], label, number)
-                if label not in task.joints:
-                    raise ChannelFault(f"{label!r} is not a joint")
+        with boundary(ChannelFault):
+            label = self._passed(acting["done"], decision.joint, number)
+            if label not in task.joints:
+                raise ChannelFault(f"{label!r} is not a joint")
         joint = labels.index(label)
         self.changed.append(set())
-        with PLANT:
+        with boundary(PlantFault):
             snapshot, state, moment = await self.at(partial(self._happened, joint, decision.joint, label))
-            sensed = facts_of(snapshot.sensed) if snapshot.sensed else {}
+            sensed = facts_of(snapshot.sensed)
         moved, told = snapshot.outcome == "moved", moment.told
         told_moved, told_state = self._compared(moment, state, moved=moved)
         step = Step.of(
@@ -312,7 +295,7 @@ class _Loop:
             told=told.text,
             decision=decision,
             sensed=sensed,
-            pictures=self._kept(told) if told.pictures else {},
+            pictures=self._kept(told),
             chosen=None if decision.joint == label else joints[labels.index(decision.joint)].name,
             remark=briefing.remark,
         )
@@ -354,24 +337,22 @@ class _Loop:
         if arm is not None:
             own = {id(one) for one in arm.acting}
             channels = [one for one in channels if id(one.one) in own]
-        with INTERVENTIONS:
+        with boundary(ChannelFault):
             told = self._passed(channels, told, step, showing.traits.shown if showing else None)
             if showing is not None:
-                facts = told if told.look is None else told.but(look=None)
-                luck = self.luck.at(showing.stream, step) if showing.traits.draws else self.luck.generator
-                told = showing.act(told, past, names.task, luck)
-            if self.places.after:
-                told = self._passed(self.places.after, told, step)
+                facts = told.but(look=None)
+                told = showing.act(told, past, names.task, self.luck.at(showing.stream, step))
+            told = self._passed(self.places.after, told, step)
             told.text.encode()  # breaks if it cannot be written
             if told.joint is not None and told.joint not in joints:
                 raise ChannelFault(f"{told.joint!r} is not a joint")
-            where = told.positions
-            if not (
-                where is None or where is was.positions or (len(where) == len(joints) and {*where} <= {False, True})
-            ):
+            if (where := told.positions) is not None and not (len(where) == len(joints) and {*where} <= {False, True}):
                 raise ChannelFault(f"positions {where!r} are not one truth value for each of {len(joints)} joints")
-        told = told if told.look is None else told.but(look=None)
-        return snapshot, state, Moment(was=was, told=told, chosen=chosen, attempted=attempted, facts=facts)
+        return (
+            snapshot,
+            state,
+            Moment(was=was, told=told.but(look=None), chosen=chosen, attempted=attempted, facts=facts),
+        )
 
     def _passed(
         self, acting: Sequence[Placed], given: _V, drawn: int, shown: Callable[[Any], object] | None = None
@@ -407,7 +388,7 @@ class _Loop:
 
     def _look(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
         """Take a picture for a channel. A failure is the plant's fault."""
-        with PLANT:
+        with boundary(PlantFault):
             return self.names.picture(snapshot, positions)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:

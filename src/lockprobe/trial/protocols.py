@@ -105,7 +105,6 @@ class InterventionTraits:
         implied: The names of its fields that its spec leaves out, because others say them.
         stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
         always_tells: Whether no report is missing because of it. Others may leave reports out.
-        draws: Whether words or pictures are made with luck; where they are not, no stream begins for them.
         shown: Of what puts reports into words or pictures, which may leave facts out: what the agent gets of a percept.
             A change of anything else counts as none, and later channels know the facts as ``Moment.reported``.
     """
@@ -116,7 +115,6 @@ class InterventionTraits:
     implied: tuple[str, ...] = ()
     stream: str = ""
     always_tells: bool = False
-    draws: bool = True
     shown: Callable[[Percept], object] | None = None
 
     @classmethod

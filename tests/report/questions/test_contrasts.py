@@ -9,7 +9,7 @@ from reported import tables_of
 from stored import records
 
 import lockprobe
-from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.errors import BadFile
 from lockprobe.report.page import Page, parts_of
 from lockprobe.report.primary import primary_lines
 from lockprobe.report.results import results
@@ -76,24 +76,6 @@ def test_the_first_one_is_the_question_of_the_page_and_a_line_an_agent(asked):
     (part,) = (one for one in parts_of(found) if one.name == "contrasts")
     assert part.answer.endswith("of 6 contrasts detected.")
     assert [row[1] for row in tables_of(found)["contrasts"][1:3]] == ["a lie that stays", "any odd report"]
-
-
-@pytest.mark.parametrize(
-    ("contrasts", "message"),
-    [
-        (
-            {"a": {"of": "truth", "minus": "truth"}},
-            "condition of the contrast a: got ('truth', 'truth'), expected every one once, and on one side alone",
-        ),
-        ({"a": {"of": [], "minus": "truth"}}, "contrasts: "),
-        ({"a": {"of": "truth"}}, "contrasts.a.minus: is missing"),
-    ],
-)
-def test_what_is_no_contrast_is_refused_in_one_line(contrasts, message):
-    with pytest.raises(UserMistake) as refused:
-        study("flips", agent="random", p=[0, 0.4], contrasts=contrasts)
-    assert str(refused.value).startswith(message)
-    assert "\n" not in str(refused.value)
 
 
 def test_it_changes_no_trial_and_stands_in_the_settings_until_another_is_asked(tmp_path):

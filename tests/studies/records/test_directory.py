@@ -12,6 +12,7 @@ import pytest
 from builders import call_of, make_trial, small_study, write_study
 from stored import contents, records, sql, timings
 
+from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.interventions.conditions import flips
@@ -19,7 +20,7 @@ from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.records.directory import read_study
 from lockprobe.studies.records.journal import Journal
 from lockprobe.studies.records.read_records import load, replaced_records
-from lockprobe.studies.running import executor
+from lockprobe.studies.running import runner
 from lockprobe.studies.running.executor import Observer
 from lockprobe.studies.running.runner import Limits, run, run_study
 from lockprobe.trial.condition import Condition
@@ -55,12 +56,12 @@ class Reads(Observer):
         self.missing += [] if trial in load(self.directory) else [trial.key]
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_trial_is_on_disk_before_anybody_is_told_of_it(tmp_path, monkeypatch, workers):
-    monkeypatch.setattr(executor, "_ALONE", 0.0)
+@pytest.mark.parametrize("engine", ["inline", "process"])
+def test_a_trial_is_on_disk_before_anybody_is_told_of_it(tmp_path, monkeypatch, engine):
+    monkeypatch.setattr(runner, "resolve", lambda *asked: replace(resolve(*asked), engine=engine))
     with Journal.open(tmp_path / "d", STUDY) as journal:
         reads = Reads(tmp_path / "d")
-        run(STUDY, journal, observer=reads, limits=Limits(workers=workers))
+        run(STUDY, journal, observer=reads, limits=Limits(workers=2))
     assert reads.missing == []
     assert sorted(reads.told) == sorted(trial.key for trial in load(tmp_path / "d"))
     alone = run_study(STUDY, tmp_path / "alone")

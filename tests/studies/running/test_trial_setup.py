@@ -2,23 +2,19 @@
 
 import asyncio
 import threading
-from dataclasses import replace
 from typing import ClassVar
 
 import pytest
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
-from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import PlantFault
-from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants import catalogue
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.running import trial_setup as play
-from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import Decision
 
 
@@ -107,12 +103,3 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
     assert len(closed) == 3
     assert len(threads) == 1
     assert threads.isdisjoint({threading.get_ident()})
-
-
-def test_equal_conditions_that_hold_other_interventions_are_not_taken_for_each_other():
-    conditions = [Condition(interventions=(OutcomeFlip(p=p),)) for p in (0, 0.0)]
-    assert conditions[0] == conditions[1]
-    plan = next(study(StudyOptions(agent=["random"], p=[0.0])).plans("random"))
-    plans, agent = [replace(plan, condition=one) for one in conditions * 2], resolve("random").make()
-    trials = [asyncio.run(play.play_timed(one, agent))[0] for one in plans]
-    assert [repr(trial.channels[0]["p"]) for trial in trials] == ["0", "0.0"] * 2
