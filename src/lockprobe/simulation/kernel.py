@@ -8,7 +8,7 @@ or among a million, since luck has addresses (:mod:`lockprobe.trial.luck`).
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -230,18 +230,18 @@ class Population:
     """The outcomes of many trials of one agent under one condition; columns have one row per trial.
 
     Attributes:
-        world: The box, its reports and the budget.
         solved, steps: Whether the target moved, and the steps played, shape (trials,).
         actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget).
         moved, told_moved: Whether each joint moved, and is reported to have, the same shape; False after the end.
+        world: The box, its reports and the budget.
     """
 
-    world: World
     solved: Flags
     steps: NDArray[np.int32]
     actions: NDArray[np.int8]
     moved: Flags
     told_moved: Flags
+    world: World
 
     def __len__(self) -> int:
         return len(self.solved)
@@ -305,7 +305,15 @@ def population(
         raise BadValue("flip", flip, "a flip of every report; propagate takes one of some reports too")
     if trials * max_steps > MOST_STEPS:
         raise BadValue("steps of all trials", trials * max_steps, f"at most {MOST_STEPS}")
-    joints, parts = world.space.joints, list[tuple[NDArray[Any], ...]]()
+    shape, joints = (trials, max_steps), world.space.joints
+    found = Population(
+        solved=np.zeros(trials, bool),
+        steps=np.full(trials, max_steps, np.int32),
+        actions=np.full(shape, -1, np.int8),
+        moved=np.zeros(shape, bool),
+        told_moved=np.zeros(shape, bool),
+        world=world,
+    )
     for first in range(1, trials + 1, PIECE):
         now = np.arange(first, min(first + PIECE, trials + 1))
         if shuffle == "trial":
@@ -316,47 +324,42 @@ def population(
             if shuffle == "study":
                 order = orders_of_study(frozenset(locking_pairs(world.box)), joints, seed)[1]
             orders = np.tile(np.array(order), (len(now), 1))
-        parts.append(courses(Minds(policy, world), orders, seed, np.full_like(now, repetition), now)[:_KEPT])
-    return Population(world, *map(np.concatenate, zip(*parts, strict=True)))
+        for step, one in enumerate(played(Minds(policy, world), orders, seed, np.full_like(now, repetition), now), 1):
+            at = (now[one.rows] - 1, step - 1)
+            found.actions[at], found.moved[at], found.told_moved[at] = one.joints, one.moved, one.said
+            found.solved[at[0][one.done]], found.steps[at[0][one.done]] = True, step
+    return found
 
 
-_KEPT = 5
-"""The columns that a population keeps."""
-
-
-class Courses(NamedTuple):
-    """What happened in trials, one row each: the columns of a :class:`Population`, and what only records hold.
+class StepOfMany(NamedTuple):
+    """One step of those trials that still run; columns have one entry for each of them.
 
     Attributes:
-        minds: The mind that chose, by number, shape (trials, budget).
-        told: The positions told, in the order of the listing, or what would have been told of them, the same shape.
-        falsely: Whether a report told anything but the truth, the same shape.
+        rows: Which trials these are, by their place among all.
+        minds: The mind that chose, by number, and ``places`` what it chose in the listing.
+        joints, moved, done: The joint by index in panel order, whether it moved, and whether that solved the box.
+        said: Whether it is told to have moved, also as positions imply it.
+        told: The positions told, in the order of the listing, or what would have been told of them.
+        away: Those of them that are told away from where they started.
+        falsely: Whether the report tells anything but the truth.
     """
 
-    solved: Flags
-    steps: NDArray[np.int32]
-    actions: NDArray[np.int8]
-    moved: Flags
-    told_moved: Flags
+    rows: Whole
     minds: Whole
+    places: Whole
+    joints: Whole
+    moved: Flags
+    done: Flags
+    said: Flags
     told: Whole
+    away: Whole
     falsely: Flags
 
 
-def courses(minds: Minds, orders: Whole, seed: int, repetition: Whole, trial: Whole) -> Courses:
+def played(minds: Minds, orders: Whole, seed: int, repetition: Whole, trial: Whole) -> Iterator[StepOfMany]:
     """Play the trials with these numbers; ``orders`` are the joints as each lists them, shape (trials, joints)."""
-    world, shape, rows = minds.world, (len(trial), minds.world.budget), np.arange(len(trial))
+    world, rows = minds.world, np.arange(len(trial))
     flip, space, count = world.flip, world.space, world.flip.numbers(world.space.joints)
-    found = Courses(
-        solved=np.zeros(len(trial), bool),
-        steps=np.full(len(trial), world.budget, np.int32),
-        actions=np.full(shape, -1, np.int8),
-        moved=np.zeros(shape, bool),
-        told_moved=np.zeros(shape, bool),
-        minds=np.zeros(shape, np.int64),
-        told=np.zeros(shape, np.int64),
-        falsely=np.zeros(shape, bool),
-    )
     boxes = Boxes(space.may_move, space.start, flip, orders.copy())
     start, mind = boxes.told.copy(), minds.begin(orders)
     chances, drawn = np.empty((0, len(trial))), np.empty((0, len(trial), count))
@@ -371,17 +374,14 @@ def courses(minds: Minds, orders: Whole, seed: int, repetition: Whole, trial: Wh
                 drawn = luck(f"{flip.stream}-0", places=count)
         places, last = minds.choose(mind, chances[0]), boxes.told[rows]
         joints, moved, outcome = boxes.attempt(rows, places, drawn[0].T)
-        told, at = boxes.told[rows], (rows, step - 1)
+        told, done = boxes.told[rows], moved & (joints == space.target)
         said = ((told ^ last) >> places & 1).astype(bool) if world.states_only else outcome
-        found.actions[at], found.moved[at], found.told_moved[at] = joints, moved, said
-        found.minds[at], found.told[at] = mind, told
-        found.falsely[at] = (told != boxes.positions[rows]) & (world.tell != "outcome")
-        found.falsely[at] |= (outcome != moved) & (not world.states_only)
-        done = moved & (joints == space.target)
-        found.solved[rows[done]], found.steps[rows[done]] = True, step
+        falsely = (told != boxes.positions[rows]) & (world.tell != "outcome")
+        falsely |= (outcome != moved) & (not world.states_only)
+        away = told ^ start[rows]
+        yield StepOfMany(rows, mind, places, joints, moved, done, said, told, away, falsely)
         on = ~done
         rows, chances, drawn = rows[on], chances[1:, on], drawn[1:, on]
         if not rows.size:
-            break
-        mind = minds.remember(mind[on], places[on], said[on], told[on] ^ start[rows])
-    return found
+            return
+        mind = minds.remember(mind[on], places[on], said[on], away[on])

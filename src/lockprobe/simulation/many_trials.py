@@ -15,7 +15,7 @@ from lockprobe.boxes.box import bits
 from lockprobe.boxes.solve import space_of
 from lockprobe.interventions.modality import interventions_for, shown
 from lockprobe.interventions.words import TextChannel
-from lockprobe.simulation.kernel import Minds, World, courses, flip_alone
+from lockprobe.simulation.kernel import Minds, World, flip_alone, played
 from lockprobe.trial.loop import record_of
 from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Plan
@@ -39,39 +39,38 @@ def minds_of(agent: Agent, plan: Plan) -> Minds | None:
 
 def play_many(plans: Sequence[Plan], minds: Minds) -> list[Trial]:
     """Play trials that differ in nothing but repetition and trial; what is equal in their records is one object."""
-    policy, world, facts = minds.policy, minds.world, facts_of(minds.policy.facts)
-    box, tell, channel = world.box, world.tell, shown(plans[0].modality)
-    places = Places(interventions_for(plans[0].condition))
+    world, channel, named = minds.world, shown(plans[0].modality), [plan.names for plan in plans]
     assert isinstance(channel, TextChannel)
-    orders = np.array([plan.names.order for plan in plans])
-    repetitions, numbers = np.array([(plan.repetition, plan.trial) for plan in plans]).T
-    found = courses(minds, orders, plans[0].seed, repetitions, numbers)
-    changed = found.falsely.sum(axis=1) - found.falsely[np.arange(len(plans)), found.steps - 1]  # nobody reads the last
-    joints = np.arange(world.space.joints)
+    places, facts = Places(interventions_for(plans[0].condition)), facts_of(minds.policy.facts)
+    joints, orders = np.arange(world.space.joints), np.array([names.order for names in named])
     positions = [tuple((at >> joints & 1).astype(bool).tolist()) for at in range(1 << len(joints))]
-    states = [*map(bits, positions)]
-    starts = (world.space.start >> orders & 1) @ (1 << joints)
-    on_panel = ((found.told[..., None] >> joints & 1) << orders[:, None]).sum(axis=-1)
-    columns = (found.actions, found.moved, found.told_moved, found.minds, found.told, on_panel)
-    decisions, trials, first_look = dict[Any, Decision](), list[Trial](), Snapshot(configuration=box.initial)
-    for row, plan in enumerate(plans):
-        names, task, start, state, before = plan.names, plan.names.task, int(starts[row]), world.space.start, None
-        steps, played = list[Step](), (column[row, : found.steps[row]].tolist() for column in columns)
-        for number, (joint, moved, said, mind, told, panel) in enumerate(zip(*played, strict=True), 1):
-            label = names.labels[joint]
-            if (decision := decisions.get(about := (mind, label, before))) is None:
-                decision = decisions[about] = Decision(
+    states, first_look = [*map(bits, positions)], Snapshot(configuration=world.box.initial)
+    state, steps, decisions = [world.space.start] * len(plans), [list[Step]() for _ in plans], dict[Any, Decision]()
+    before: list[tuple[int, int, bool, int] | None] = [None] * len(plans)  # the last report, and the mind that got it
+    changed, falsely, solved = np.zeros((3, len(plans)), int)
+    repetitions, numbers = np.array([(plan.repetition, plan.trial) for plan in plans]).T
+    for number, many in enumerate(played(minds, orders, plans[0].seed, repetitions, numbers), 1):
+        changed[many.rows] += falsely[many.rows]  # a report counts for the step that follows it
+        falsely[many.rows], solved[many.rows] = many.falsely, many.done
+        panels = ((many.told[:, None] >> joints & 1) << orders[many.rows]).sum(axis=1)
+        columns = (many.rows, many.minds, many.places, many.joints, many.moved, many.said, many.told, many.away, panels)
+        alone = zip(*(column.tolist() for column in columns), strict=True)
+        for row, mind, place, joint, moved, said, told, away, panel in alone:
+            task, last = named[row].task, before[row]
+            label = task.joints[place]
+            if (decision := decisions.get((mind, label, last))) is None:
+                decision = decisions[mind, label, last] = Decision(
                     joint=label,
-                    claimed=minds.claim(*before) if before and task.assessment else None,
-                    probabilities=tuple(minds.chances(np.array([mind]))[0].tolist()) if policy.exact else None,
+                    claimed=minds.claim(*last) if last and task.assessment else None,
+                    probabilities=tuple(minds.chances(np.array([mind]))[0].tolist()) if minds.policy.exact else None,
                 )
-            outcome: Outcome | None = None if tell == "state" else "moved" if said else "blocked"
-            where = None if tell == "outcome" else positions[told]
-            steps.append(
+            outcome: Outcome | None = None if world.states_only else "moved" if said else "blocked"
+            where = None if world.tell == "outcome" else positions[told]
+            steps[row].append(
                 Step.of(
                     step=number,
-                    state=states[state],
-                    joint=box.joints[joint].name,
+                    state=states[state[row]],
+                    joint=world.box.joints[joint].name,
                     moved=moved,
                     told_moved=said,
                     told_state=None if where is None else states[panel],
@@ -83,20 +82,20 @@ def play_many(plans: Sequence[Plan], minds: Minds) -> list[Trial]:
                     remark="",
                 )
             )
-            before = mind, task.joints.index(label), said, told ^ start
-            state ^= moved << joint
-        trials.append(
-            record_of(
-                plan,
-                "solved" if found.solved[row] else "budget",
-                None,
-                tuple(steps),
-                facts=facts,
-                channels=places.channel_facts,
-                interventions=places.other_facts,
-                opening=channel.perceive(names.percept(first_look), (), task, plan.luck.generator).text,
-                changed={spec: int(changed[row]) for spec in places.specs if spec},
-                changed_steps=int(changed[row]),
-            )
+            before[row] = mind, place, said, away
+            state[row] ^= moved << joint
+    return [
+        record_of(
+            plan,
+            "solved" if solved[row] else "budget",
+            None,
+            tuple(steps[row]),
+            facts=facts,
+            channels=places.channel_facts,
+            interventions=places.other_facts,
+            opening=channel.perceive(plan.names.percept(first_look), (), plan.names.task, plan.luck.generator).text,
+            changed={spec: int(changed[row]) for spec in places.specs if spec},
+            changed_steps=int(changed[row]),
         )
-    return trials
+        for row, plan in enumerate(plans)
+    ]
