@@ -12,26 +12,25 @@ from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import Policy, Told, View, running_sums
-from lockprobe.boxes.box import Lockbox, Shuffle
+from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
-from lockprobe.boxes.layouts import locking_pairs
 from lockprobe.boxes.solve import Space, space_of
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.validation import check_choice, check_whole
+from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.conditions import blind
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.modality import shown
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.statistics.loops import onset_batch
-from lockprobe.trial.labels import drawn_orders, orders_of_study
+from lockprobe.trial.labels import drawn_orders
 from lockprobe.trial.luck import numbers
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import LONGEST_TRIAL, STATES, Outcome
@@ -274,12 +273,11 @@ def population(
     seed: int = 1,
     repetition: int = 1,
     max_steps: int = 20,
-    shuffle: Shuffle = "trial",
 ) -> Population:
     """Play many trials of one agent under one condition: precise curves need thousands of trials per point.
 
     Trial i equals ``run_trial(..., trial=i)``, action by action and report by report (rows start at 0, trials at 1).
-    The layout of the panel is fixed.
+    The layout of the panel is fixed, and labels are drawn in every trial.
 
     >>> population("round-robin", trials=100).success
     1.0
@@ -294,9 +292,7 @@ def population(
         seed: Seed of the study.
         repetition: Repetition of the study, from 1.
         max_steps: Budget in steps.
-        shuffle: How often the order of the list is drawn: in every ``trial``, once for the ``study``, ``never``.
     """
-    check_choice("shuffle", shuffle, get_args(Shuffle))
     check_whole("trials", trials, 1)
     check_whole("repetition", repetition, 1)
     check_whole("seed", seed, 0)
@@ -305,7 +301,7 @@ def population(
         raise BadValue("flip", flip, "a flip of every report; propagate takes one of some reports too")
     if trials * max_steps > MOST_STEPS:
         raise BadValue("steps of all trials", trials * max_steps, f"at most {MOST_STEPS}")
-    shape, joints = (trials, max_steps), world.space.joints
+    shape = (trials, max_steps)
     found = Population(
         solved=np.zeros(trials, bool),
         steps=np.full(trials, max_steps, np.int32),
@@ -316,14 +312,8 @@ def population(
     )
     for first in range(1, trials + 1, PIECE):
         now = np.arange(first, min(first + PIECE, trials + 1))
-        if shuffle == "trial":
-            luck = partial(numbers, world.box.name, "labels", seed=seed, repetition=repetition, trial=now)
-            orders = drawn_orders(luck(places=2 * joints))[1]
-        else:
-            order: Sequence[int] = range(joints)
-            if shuffle == "study":
-                order = orders_of_study(frozenset(locking_pairs(world.box)), joints, seed)[1]
-            orders = np.tile(np.array(order), (len(now), 1))
+        luck = partial(numbers, world.box.name, "labels", seed=seed, repetition=repetition, trial=now)
+        orders = drawn_orders(luck(places=2 * world.space.joints))[1]
         for step, one in enumerate(played(Minds(policy, world), orders, seed, np.full_like(now, repetition), now), 1):
             at = (now[one.rows] - 1, step - 1)
             found.actions[at], found.moved[at], found.told_moved[at] = one.joints, one.moved, one.said
