@@ -170,8 +170,10 @@ class OutcomeFlip(Checked):
         """The percept of an attempt as this flip tells it, inverted or not, with what :meth:`lasting` gives."""
         outcome, positions = percept.outcome, percept.positions
         if positions is not None and percept.joint is not None:
-            bit = 1 << task.joints.index(percept.joint)
-            before, moved = past[-1].reported.positions if past else None, outcome == "moved"
+            place = task.joints.index(percept.joint)
+            before, moved, bit = past[-1].reported.positions if past else None, outcome == "moved", 1 << place
+            if not (flipped or lasting or (before and before[place] == (positions[place] == moved))):
+                return percept  # nor was its position told falsely before
             now, last = (sum(at << place for place, at in enumerate(said)) for said in (positions, before or positions))
             if before is None or outcome is None:  # nothing to compare the joint with: its position follows the truth
                 last = (last & ~bit) | ((now ^ moved * bit) & bit)

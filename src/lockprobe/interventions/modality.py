@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.errors import BadValue, UnknownName
@@ -19,6 +19,7 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.condition import Condition
+from lockprobe.trial.places import Places
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.source import source_of
 
@@ -95,6 +96,14 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     for flip in flips:
         flip.check_told(condition.modality, both=isinstance(channel, TextChannel) and channel.tell == "both")
     return *acting, channel
+
+
+def places_in(condition: Condition) -> Places:
+    """The places of all interventions of a condition, which it keeps: equal ones may hold other interventions."""
+    kept = vars(condition)
+    if (places := kept.get("places")) is None:
+        places = kept["places"] = Places(interventions_for(condition))
+    return cast(Places, places)
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

@@ -13,11 +13,10 @@ import numpy as np
 from lockprobe.agents.policy import Policy
 from lockprobe.boxes.box import bits
 from lockprobe.boxes.solve import space_of
-from lockprobe.interventions.modality import interventions_for, shown
+from lockprobe.interventions.modality import interventions_for, places_in, shown
 from lockprobe.interventions.words import TextChannel
 from lockprobe.simulation.kernel import Minds, World, flip_alone, played
 from lockprobe.trial.loop import record_of
-from lockprobe.trial.places import Places
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Outcome, Snapshot, Step, Trial, facts_of
@@ -41,7 +40,7 @@ def play_many(plans: Sequence[Plan], minds: Minds) -> list[Trial]:
     """Play trials that differ in nothing but repetition and trial; what is equal in their records is one object."""
     world, channel, named = minds.world, shown(plans[0].modality), [plan.names for plan in plans]
     assert isinstance(channel, TextChannel)
-    places, facts = Places(interventions_for(plans[0].condition)), facts_of(minds.policy.facts)
+    places, facts = places_in(plans[0].condition), facts_of(minds.policy.facts)
     joints, orders = np.arange(world.space.joints), np.array([names.order for names in named])
     positions = [tuple((at >> joints & 1).astype(bool).tolist()) for at in range(1 << len(joints))]
     states, first_look = [*map(bits, positions)], Snapshot(configuration=world.box.initial)

@@ -44,6 +44,9 @@ def orders_of_study(
     return tuple(labelled.index(joint) for joint in range(joints)), tuple(listed)
 
 
+_UNSEEN = Percept()
+
+
 class Names:
     """Translates between the agent's labels and listing and the box's joints in panel order.
 
@@ -77,7 +80,7 @@ class Names:
 
     def percept(self, snapshot: Snapshot) -> Percept:
         """The truth in the agent's terms, without a way to look."""
-        return Percept(
+        return _UNSEEN.but(
             joint=None if snapshot.joint is None else self.labels[snapshot.joint],
             outcome=snapshot.outcome,
             positions=tuple(snapshot.configuration[joint] for joint in self.order),

@@ -91,7 +91,7 @@ async def play(
     plan: Plan,
     *,
     plant: Callable[[], Plant],
-    interventions: Sequence[Intervention],
+    interventions: Sequence[Intervention] | Places,
     agent: Agent,
     on_step: Callable[[Step], object] = lambda step: None,
     keep: Callable[[Picture], None] | None = None,
@@ -107,7 +107,7 @@ async def play(
     Args:
         plan: The trial to play.
         plant: Makes a fresh plant that holds ``plan.box``, which is closed at the end.
-        interventions: In the order in which they act.
+        interventions: In the order in which they act, or their places, which all trials of a condition have alike.
         agent: The agent that decides.
         on_step: Called after every step.
         keep: Called with every picture that the record names; without it the pictures are lost.
@@ -115,7 +115,7 @@ async def play(
         recorded: A record of the trial, from which the camera's readings are taken, since another renderer might give
             others.
     """
-    places = Places(interventions)
+    places = interventions if isinstance(interventions, Places) else Places(interventions)
     loop = _Loop(plan, plant, places, agent, keep, place, recorded)
     ending: Ending = "error"
     fault: TrialFault | None = None
@@ -229,6 +229,7 @@ class _Loop:
         self.plan, self.make, self.places, self.agent, self.keep, self.at = plan, make, places, agent, keep, at
         self.names, self.luck, self.fork, self.source = plan.names, plan.luck, plan.fork, source_of(plan.modality)
         self.patient = not type(agent).__module__.startswith("lockprobe.")  # which have limits of their own
+        self.unsaid = Briefing(hypothesis=plan.hypothesis)
         self.plant: Plant | None = None
         self.sensed = [recorded.opening_sensed, *(one.sensed for one in recorded.steps)] if recorded else []
         self.opening: Mapping[str, Any] = {"opening": ""}
@@ -256,13 +257,14 @@ class _Loop:
         """Ask the agent, attempt a joint, tell it what happened."""
         past, number, acting, task = self.moments, len(self.moments), self.places.at, self.names.task
         labels, joints, fork = self.names.labels, self.plan.box.joints, self.fork
-        report = past[-1].told
-        with boundary(ChannelFault):  # their luck is that of the report
-            turns = self._passed(acting["remembered"], self.turns, number - 1)
-            if not isinstance(turns, tuple):
-                raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
-            briefing = self._passed(acting["asked"], Briefing(hypothesis=self.plan.hypothesis), number - 1)
-            briefing.remark.encode()  # breaks if it cannot be written
+        report, turns, briefing = past[-1].told, self.turns, self.unsaid
+        if acting["remembered"] or acting["asked"]:  # their luck is that of the report
+            with boundary(ChannelFault):
+                turns = self._passed(acting["remembered"], turns, number - 1)
+                if not isinstance(turns, tuple):
+                    raise ChannelFault(f"recall returned {type(turns).__name__}, and no tuple of turns")
+                briefing = self._passed(acting["asked"], briefing, number - 1)
+                briefing.remark.encode()  # breaks if it cannot be written
         recorded = fork.recorded[number - 1] if fork and self.on_record and number <= len(fork.recorded) else None
         with boundary(ModelFault):  # of a fork nothing on record is asked, but an agent that draws from its stream
             if recorded is not None and getattr(self.agent, "unseeded", False):
@@ -274,10 +276,12 @@ class _Loop:
                     answer = PATIENCE.limited(answer, self.plan.agent, getattr(self.agent, "step_seconds", 60.0))
                 decision = await answer
         decision = usable(decision, task)
-        with boundary(ChannelFault):
-            label = self._passed(acting["done"], decision.joint, number)
-            if label not in task.joints:
-                raise ChannelFault(f"{label!r} is not a joint")
+        label = decision.joint
+        if acting["done"]:
+            with boundary(ChannelFault):
+                label = self._passed(acting["done"], label, number)
+                if label not in task.joints:
+                    raise ChannelFault(f"{label!r} is not a joint")
         joint = labels.index(label)
         self.changed.append(set())
         with boundary(PlantFault):

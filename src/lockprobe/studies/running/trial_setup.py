@@ -14,7 +14,7 @@ from inspect import getsource
 from typing import TypeVar, cast
 
 from lockprobe.foundation.spec import spec_kind
-from lockprobe.interventions.modality import interventions_for
+from lockprobe.interventions.modality import places_in
 from lockprobe.plants.catalogue import plant_of
 from lockprobe.studies.costs.call_log import Calls
 from lockprobe.trial.loop import Executor, here, play
@@ -70,7 +70,7 @@ async def play_timed(
     trial = await play(
         plan,
         plant=partial(plant_of, plan),
-        interventions=interventions_for(plan.condition),
+        interventions=places_in(plan.condition),
         agent=agent,
         on_step=partial(on_step, key),
         keep=keep,
