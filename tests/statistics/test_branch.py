@@ -72,16 +72,6 @@ def test_outcomes_of_the_next_action():
     assert only(effects, "steps").change.value == 0
 
 
-def test_p_values_of_success_are_corrected_for_all_of_an_agent():
-    parents = [trial(number) for number in range(1, 7)]
-    alone = [fork(parent, arm, solved=arm == "lie") for parent in parents for arm in ("truth", "lie")]
-    more = [fork(parent, "remark", solved=False) for parent in parents]
-    once, found = (on_success(effects_of(forks, parents)) for forks in (alone, [*alone, *more]))
-    assert once["lie"].change.p_value == pytest.approx(2 / 2**6)
-    assert found["lie"].change.p_value == pytest.approx(2 * 2 / 2**6)
-    assert found["remark"].change.p_value == 1
-
-
 def test_effects_on_several_agents_are_one_family_and_those_on_baselines_another():
     """P values are multiplied and intervals are those of the divided level, as of no other agent."""
 

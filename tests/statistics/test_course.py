@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
-from builders import SOLUTION, make_trial, play_study, small_study
+from builders import SOLUTION, make_trial
 
 from lockprobe.statistics.course import cells_of, courses
-from lockprobe.statistics.differences import any_difference
 from lockprobe.statistics.outcomes import BlockOrder, Point, joined, never_acted, outcomes, plays_alike, points
 
 
@@ -26,14 +24,6 @@ def test_agents_under_study_are_one_family_and_baselines_another():
     of = {"llm:a": two, "llm:b": two, "llm:c": two, "llm:d": one, "human-inspired": two}
     found = courses(cells_of([trial for agent, solved in of.items() for trial in trials_of(agent, solved)]).values())
     assert {one.agent: one.family for one in found} == dict.fromkeys(of, 3) | {"human-inspired": 1}
-
-
-def test_an_agent_that_ignores_reports_is_blind_and_tested_nowhere():
-    found = {
-        one.agent: (one.blind, {*one.tested.ended.dose.tolist()})
-        for one in courses(cells_of(play_study(small_study())).values())
-    }
-    assert (found["random"], found["human-inspired"]) == ((True, {0.0}), (False, {0.0, 0.3, 0.6}))
 
 
 def test_a_rate_at_which_no_report_was_false_is_in_no_test():
@@ -88,26 +78,6 @@ BROKE = [
 ]
 
 
-def test_trials_are_columns_and_those_that_broke_are_known_up_to_the_break():
-    found = outcomes(BROKE)
-    columns = ("repetition", "trial", "length", "solved", "onset", "broke", "until_loop", "looped", "luck", "cluster")
-    assert {name: getattr(found, name).tolist() for name in columns} == {
-        "repetition": [1, 1, 1, 2],
-        "trial": [1, 2, 3, 1],
-        "length": [4, 6, 2, 7],
-        "solved": [True, False, False, False],
-        "onset": [0, 6, 0, 6],
-        "broke": [False, False, True, True],
-        "until_loop": [4, 6, 2, 6],
-        "looped": [False, True, False, True],
-        "luck": [0, 1, 2, 3],
-        "cluster": [0, 1, 2, 3],
-    }
-    assert (found.budget, len(found), len(found.player), found.crossed) == (20, 4, 0, False)
-    assert np.array_equal(found.known, [1, 0, np.nan, np.nan], equal_nan=True)
-    assert (found.ended.trial.tolist(), found.broken.trial.tolist()) == ([1, 2], [3, 1])
-
-
 def test_broken_trials_are_completed_by_a_success_at_once_or_by_none_in_all_of_the_budget():
     soon, never = (outcomes(BROKE).completed(one) for one in (True, False))
     assert soon.solved.tolist() == [True, False, True, True]
@@ -137,13 +107,3 @@ def test_groups_are_joined_with_their_doses_and_points_are_shares_of_repetitions
 def test_blocks_of_an_earlier_plan_come_first():
     order = BlockOrder(plans=((1, 2), (2, 2), (2, 3)))
     assert order.rank([1, 1, 2, 2, 1, 2], [1, 2, 1, 2, 3, 3]).tolist() == [0, 1, 2, 3, 4, 5]
-
-
-def test_agents_of_identical_play_have_one_result():
-    solved = {0.0: 2, 0.2: 3, 0.4: 6}
-    trials = [trial for agent in ("llm:a", "llm:b") for trial in trials_of(agent, solved, n=10)]
-    one, other = courses(cells_of(trials).values())
-    for use in ("permutation", "bootstrap"):
-        assert one.stream(use).integers(2**62, size=9).tolist() == other.stream(use).integers(2**62, size=9).tolist()
-    both = [any_difference(of.tested, of.stream("permutation"), agents=of.family) for of in (one, other)]
-    assert both[0] == both[1]

@@ -34,13 +34,6 @@ def solved_at(steps, *, n, budget=20):
     return waits + [make_trial([0] * budget, budget=budget)] * (n - len(steps))
 
 
-def test_steps_and_shares_by_hand():
-    curve = curve_of(solved_at([4, 4, 6], n=4))
-    assert (curve.n, len(curve.share), curve.share[3:7]) == (4, 21, (0.0, 0.5, 0.5, 0.75))
-    assert [curve.steps_to(share)[0] for share in (0.5, 0.75, 0.8)] == [4, 6, None]
-    assert curve.restricted_mean_steps == pytest.approx((4 + 4 + 6 + 20) / 4)
-
-
 def test_a_step_lies_in_its_interval_which_is_open_where_the_band_does_not_reach_the_share():
     curve = curve_of(solved_at(range(4, 20), n=20))
     step, early, late = curve.steps_to(0.5)

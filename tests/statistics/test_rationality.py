@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import pytest
-from builders import make_trial
 from clumsy import HAND
 
 from lockprobe import run_trial
@@ -31,13 +30,6 @@ def counts(trials, *more):
 @pytest.mark.parametrize("flip", FLIPS)
 def test_an_ideal_observer_is_optimal_to_itself(flip):
     assert optimal_actions(played(IdealObserver(noise="naive"), 12, p=0.3, flip=flip))[0].value == 1
-
-
-def test_a_trial_is_a_cluster_and_broken_trials_are_left_out():
-    trials = played("human-inspired", 6, p=0.3)
-    share, _ = optimal_actions([*trials, make_trial([1], broken="model")])
-    assert (share.clusters, share.n) == (6, sum(len(trial.steps) for trial in trials))
-    assert share.count == sum(counts([trial])[0] for trial in trials)
 
 
 @pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4&inverts=position"])
