@@ -1,7 +1,6 @@
 """Box files are data from strangers."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from boxes.conftest import any_box
@@ -114,9 +113,3 @@ def test_a_box_that_can_be_played_is_read_back_as_it_was_written(tmp_path_factor
 def test_names_and_places_that_no_file_may_have_are_not_written(change):
     with pytest.raises(UserMistake):
         toml_of(replace(box("chain-2"), **({"interlock": {}} | change)))
-
-
-def test_the_example_of_the_documentation_is_read(tmp_path):
-    text = (Path(__file__).parents[2] / "docs" / "boxes.md").read_text("utf-8")
-    example = text.split("```toml\n", 1)[1].split("```", 1)[0]
-    assert read_box(written(tmp_path, example)).target == "door"

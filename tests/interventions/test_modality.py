@@ -5,7 +5,7 @@ import pytest
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.conditions import flips
-from lockprobe.interventions.modality import check_shown, interventions_for, is_pictured, shown, taken_in
+from lockprobe.interventions.modality import check_shown, interventions_for, is_pictured, shown
 from lockprobe.plants.catalogue import resolve_plant
 
 
@@ -53,13 +53,3 @@ def test_what_is_no_modality_or_none_of_a_plant_is_refused(spec, message):
     modality, _, plant = spec.partition(" on ")
     with pytest.raises((BadValue, UnknownName), match="^" + message):
         check_shown(flips((0.0,), modalities=[modality]), resolve_plant(plant or "fast-twin"))
-
-
-def test_who_reads_reports_takes_in_no_pictures():
-    shown = ("rgb", "rgbd?blur=8", "symbolic")
-    assert taken_in("human-inspired:proximity", shown) == ("symbolic",)
-    assert taken_in("llm:local", ("rgb",)) == ()
-    assert taken_in("viewer", shown) == shown
-    assert taken_in("python:mine:Mine", shown) == shown
-    with pytest.raises(UnknownName, match="no agent is called 'rando'"):
-        taken_in("rando", shown)

@@ -3,7 +3,6 @@
 import asyncio
 import random
 import tempfile
-from dataclasses import astuple
 from functools import cache
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from stored import call_log
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
 from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.studies.costs.call_log import read_calls
-from lockprobe.studies.costs.spending import Budget, Spending, agent_price, spent_by_agent, total
+from lockprobe.studies.costs.spending import Budget, agent_price, spent_by_agent, total
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import BROKEN_OFF, Usage
@@ -163,15 +162,6 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
             asyncio.run(run(Path(directory)))
         spent = total(spent_by_agent(read_calls(directory)).values())
         assert charged[0] - 1e-9 <= (spent.dollars or 0) + (spent.dollars_unknown or 0) <= allowed + 1e-9
-
-
-def test_money_that_is_not_known_is_none_and_never_nothing():
-    spent = spent_by_agent([call(usage=usage(read=1000)), call(FREE, usage=usage(read=1000))])
-    assert spent[FREE].dollars is None
-    assert spent[DEAR].dollars == pytest.approx(0.003)
-    assert total(spent.values()).dollars is None
-    assert total([]) == Spending()
-    assert astuple(Spending())[1:7] == (0,) * 6
 
 
 def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_have_cost():

@@ -8,7 +8,7 @@ from functools import partial
 
 import pytest
 from builders import make_trial, small_study, write_study
-from stored import sql, timings
+from stored import sql
 
 from lockprobe import run_study, study
 from lockprobe.boxes.families import box
@@ -22,7 +22,6 @@ from lockprobe.studies.records.read_records import (
     miscounted,
     on_record,
     played,
-    replaced_records,
     results_hash,
     rows_and_records,
     stored_records,
@@ -77,14 +76,6 @@ def test_records_of_other_settings_are_refused_wherever_they_are_read(tmp_path, 
             use()
     (tmp_path / "study.json").write_bytes(before)
     assert len(run_study(there, tmp_path)) == there.size
-
-
-def test_the_last_record_of_a_trial_that_was_owed_counts(tmp_path):
-    broken, played = make_trial([0], broken="model"), make_trial([0, 1], budget=2)
-    directory = write_study(tmp_path, STUDY, [broken, played, make_trial([0, 1], budget=2, trial=2)])
-    assert len(load(directory)) == 2
-    assert load(directory)[0] == played
-    assert replaced_records(directory) == [broken]
 
 
 @pytest.mark.parametrize(
@@ -204,22 +195,6 @@ def test_the_last_record_of_a_trial_counts_and_no_earlier_one_is_finished(tmp_pa
     sql(tmp_path, "update trial set key = 'another' where id = 1")
     with read(tmp_path) as store, pytest.raises(BadFile, match="another: its record is damaged"):
         list(rows_and_records(store))
-
-
-def planned(**more):
-    asked = {"agent": ["random", "human-inspired"], "p": [0, 0.4], "trials": 2, "repetitions": 1, "max_steps": 6}
-    return study("flips", **(asked | more))
-
-
-def test_the_same_study_twice_has_the_same_hashes_and_every_record_counts(tmp_path):
-    one, other = (run_study(planned(), tmp_path / name) for name in ("one", "other"))
-    assert timings(tmp_path / "one") != timings(tmp_path / "other")
-    first = results_hash(planned(), in_order(one))
-    assert len(first) == len(planned().settings_hash) == 32
-    assert first == results_hash(planned(), in_order(other[::-1]))
-    changed = [replace(one[0], changed_steps=9), *one[1:]]
-    others = {results_hash(planned(), in_order(found)) for found in (one[1:], changed)}
-    assert len(others | {first, results_hash(planned(seed=2), in_order(one))}) == 4
 
 
 WORDLESS = {"listing": (), "opening": ""}

@@ -4,7 +4,7 @@ import asyncio
 from dataclasses import replace
 
 import pytest
-from seated import as_played, people_study, without_page
+from seated import people_study, without_page
 from seen import PhotographedPlant
 
 from lockprobe.foundation.errors import BadFile, BadValue, ChannelFault
@@ -42,21 +42,6 @@ async def _blank():
         if held.trial is None:
             await held.attempt(held.situation.task.joints[0])
     return held.trial
-
-
-def test_it_goes_on_after_every_step(alone):
-    played = steps_of(alone)
-
-    async def each() -> None:
-        for number in range(len(played) + 1):
-            held = await PausedTrial(PLAN).begin(played[:number])
-            told = [await held.attempt(step.joint, step.claimed) for step in played[number:]]
-            assert told == [step.told for step in played[number:]]
-            assert held.situation is None
-            assert as_played(held.trial) == as_played(alone)
-            await held.close()
-
-    asyncio.run(each())
 
 
 @pytest.mark.parametrize(

@@ -123,14 +123,6 @@ def in_event_loop(call):
         loop.close()
 
 
-def test_a_study_is_played_in_a_notebook_as_anywhere_else(tmp_path):
-    planned = study(StudyOptions(agent=["human-inspired", "random"], p=[0, 0.4], trials=3, repetitions=1))
-    trials = in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell"))
-    assert trials == runner.run_study(planned, tmp_path / "script")
-    with pytest.raises(SettingsChanged):
-        in_event_loop(lambda: runner.run_study(replace(planned, seed=2), tmp_path / "cell"))
-
-
 INTERRUPTED = """
 import asyncio, os, signal, sys, time
 from lockprobe.studies.running import executor, runner
