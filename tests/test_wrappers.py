@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from functools import partial
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import gymnasium
 import numpy as np
@@ -59,25 +59,14 @@ LAWS = {
 @pytest.mark.parametrize("seed", [*range(15), 2**62])
 def test_around_a_lockbox_the_wrappers_tell_what_the_condition_of_a_study_tells(condition, seed):
     """Two implementations held together; the box has the name of the environment's class, so the luck is one."""
-    asked = {"box": replace(lockprobe.box("chain-4"), name="LockboxEnv"), "modality": "symbolic?tell=outcome"}
+    box = replace(lockprobe.box("chain-4"), name="LockboxEnv")
+    asked = {"box": box, "modality": "symbolic?tell=outcome", "shuffle": "trial"}
     actions, named = np.random.default_rng(seed).integers(4, size=20).tolist(), ("blocked", "moved")
     ours = wrapped(LAWS[condition], lambda before, action, after: named[:: 3 - 2 * after[2]], LockboxEnv(**asked))
-    theirs = played(LockboxEnv(condition=condition, **asked), actions, seed)
-    for mine, other in zip(played(ours, actions, seed), theirs, strict=True):
-        assert (mine[-1]["told"], mine[1:-1]) == ((None, *named)[other[0][2]], other[1:-1])
-
-
-def lies(path, *wraps):
-    env = wrapped([*wraps, partial(WRITE, path=path)])
-    for seed in range(50):
-        played(env, [0] * 20, seed)
-    return {(row["seed"], row["step"]) for row in rows(path) if row["told_falsely"]}
-
-
-def test_a_seed_has_the_same_lies_whatever_acts_beside_them_and_fewer_at_a_smaller_p(tmp_path):
-    chains = [partial(FalseReports, p=0.2)], [LIE], [GAP, LIE, SLIP], [LIE, LATE]
-    few, all_, beside, late = (lies(tmp_path / f"{number}.jsonl", *chain) for number, chain in enumerate(chains))
-    assert (few < all_, beside < all_, len(beside) > 200, late) == (True, True, True, set())
+    theirs = LockboxEnv(condition=condition, **asked)
+    for given in (seed, None):  # an episode, and the next one
+        for mine, other in zip(played(ours, actions, given), played(theirs, actions, given), strict=True):
+            assert (mine[-1]["told"], mine[1:-1]) == ((None, *named)[other[0][2]], other[1:-1])
 
 
 @pytest.mark.filterwarnings("ignore:.*is different from the unwrapped version")
@@ -86,7 +75,10 @@ def test_they_nest_in_any_order_and_gymnasium_has_nothing_to_say_against_it(orde
     paths = [tmp_path / f"{place}.jsonl" for place in range(5)]
     for place, path in enumerate(paths):
         played(wrapped([*order[:place], partial(WRITE, path=path), *order[place:]]), [0, 1, 2, 3] * 5)
-    assert [rows(path) for path in paths] == [rows(paths[0])] * 5
+    first, *others = map(rows, paths)
+    assert others == [first] * 4
+    for before, row in pairwise(first):
+        assert row["told_falsely"] == (row["told"] not in (None, before["outcome"]))
     check_env(wrapped([*order, partial(WRITE, path=tmp_path / "checked.jsonl")]))
     for other, named in (("FrozenLake-v1", changed), (NAME, believer.outcome)):
         check_env(wrapped(order, named, gymnasium.make(other)), skip_render_check=True)
@@ -137,8 +129,8 @@ def test_a_record_holds_whole_episodes_and_what_was_cut_short_without_an_end_and
     played(write(gymnasium.make("FrozenLake-v1", is_slippery=False)), [1, 2])  # ended without one
     found = read_episodes([path])
     assert ([len({*one}) for one in found.actions], found.solved.tolist()[2:]) == ([1, 1, len(did), 2], [0, 0])
-    for line in ("[1]", "{", "[" * 10**5, "\0", "{!}", '{!, "seed": [1], "episode": 1}'):
-        path.write_text(line.replace("!", '"agent": "a", "condition": "c", "task": "Switches"').join("\n\n"))
+    for line in ("[1]", "{", "[" * 10**5, '{"agent": "a", "condition": "c", "task": "Switches"}'):
+        path.write_text(f"\n{line}\n")
         with pytest.raises(lockprobe.UserMistake, match=r"\A.*e.jsonl: line 2: got [^\n]*\Z"):
             write(Switches())
 
@@ -146,7 +138,7 @@ def test_a_record_holds_whole_episodes_and_what_was_cut_short_without_an_end_and
 REFUSED = {
     **{f"outcome: got {given}, expected a function of 3": partial(wrapped, [LIE], given) for given in (None, len)},
     "tell: got 3, expected a function of 3": partial(wrapped, [partial(LIE, tell=3)]),
-    "Withhold: got 'another outcome or tell', expected none": lambda: GAP(wrapped([LIE]), outcome=changed),
+    "outcome and tell of Withhold: got .*, expected those": lambda: GAP(wrapped([LIE]), outcome=changed),
     "Tremble: got <TimeLimit.*, expected Lockprobe's": lambda: SLIP(gymnasium.wrappers.TimeLimit(wrapped([LIE]), 9)),
     "actions of Tremble: got Box": lambda: SLIP(gymnasium.make("Pendulum-v1")),
     "outcome: got 'yes', expected two": lambda: played(wrapped([LIE], lambda *seen: "yes"), [0]),

@@ -31,7 +31,6 @@ from lockprobe.interventions import asked_and_done, told
 from lockprobe.interventions.flip import OutcomeFlip, While
 from lockprobe.trial.luck import Luck
 from lockprobe.trial.places import Places
-from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Moment, Percept, Task
 
 with needing("the wrappers", "gym"):
@@ -68,15 +67,14 @@ class _Wrapper(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     only = "any"
     choice = Task(joints=(), target="", budget=0)
 
-    def __init__(self, env: Environment, law: Intervention | None, **settings: Any) -> None:
+    def __init__(self, env: Environment, law: Any, **settings: Any) -> None:
         RecordConstructorArgs.__init__(self, _disable_deepcopy=True, **settings)
         super().__init__(env)
         inside = env.lockprobe_wrappers if isinstance(env, _Wrapper) else ()
         if not inside and env.has_wrapper_attr("lockprobe_wrappers"):
             raise BadValue(type(self).__name__, env, "Lockprobe's wrappers directly around each other")
         self.lockprobe_wrappers: tuple[_Wrapper, ...] = (*inside, self)
-        self.law: Any = law
-        self.bare: Environment = inside[0].env if inside else env
+        self.law, self.bare = law, inside[0].env if inside else env
         self.box = type(self.unwrapped).__name__ if self.unwrapped.spec is None else self.unwrapped.spec.id
         self.teller = next((one for one in self.lockprobe_wrappers if isinstance(one, _Telling)), None)
         self._records = [one for one in self.lockprobe_wrappers if isinstance(one, Record)]
@@ -161,14 +159,12 @@ def _in_words(observation: str, truth: str | None, said: str | None) -> str:
 class _Telling(_Wrapper):
     """Acts on what is told. The innermost of them names the outcome and says how the agent is told."""
 
-    def __init__(
-        self, env: Environment, law: Intervention, settings: dict[str, Any], *, outcome: Any = None, tell: Any = None
-    ) -> None:
+    def __init__(self, env: Environment, law: Any, settings: Any, *, outcome: Any = None, tell: Any = None) -> None:
         super().__init__(env, law, outcome=outcome, tell=tell, **settings)
         self.outcome, self.tell, teller, seen = outcome, tell, self.teller or self, env.observation_space
         if teller is not self:
             if not {outcome, tell} <= {None, teller.outcome, teller.tell}:
-                raise BadValue(type(self).__name__, "another outcome or tell", f"none: {teller} inside it has them")
+                raise BadValue(f"outcome and tell of {type(self).__name__}", (outcome, tell), f"those of {teller}")
             return
         check_function("outcome", outcome, 3)
         check_function("tell", tell or _in_words, 3)
