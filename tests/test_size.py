@@ -5,10 +5,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 
-CEILINGS = {"lines of source": 42_040, "lines of code": 26_750, "lines of tests": 30_590, "words of docs": 25_000}
+CEILINGS = {"lines of source": 41_780, "lines of code": 26_620, "lines of tests": 30_340, "words of docs": 25_000}
 """Lower one with every change that makes its sum smaller. Code is source without docstrings, comments and blank lines.
 
-Of source 1 370 lines, of tests 620, are for anyone's episodes and environments (`interfaces/episodes`, `wrappers.py`)."""
+Of source 1 220 lines, of tests 630, are for anyone's episodes and environments (`interfaces/episodes`, `wrappers.py`)."""
 
 _TEXTS = re.compile(r'^ *r?"""(?:[^"]|"(?!""))*"""$|^ *#[^\n]*$', re.MULTILINE)
 """Docstrings and comments; a long text that is a value begins behind its name."""
