@@ -137,8 +137,9 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
 
 
 def test_what_a_run_of_strategies_has_told_of_is_on_disk_when_it_is_killed(tmp_path):
-    planned = study(StudyOptions(agent=["random", "human-inspired"], p=[0.3], trials=50 + 60 * KILLS, repetitions=1))
-    asked = ["run", "flips", "--agent=random", "--agent=human-inspired", "--p=0.3", "--no-report", "--json"]
+    # more than a quick machine plays before it is killed
+    planned = study(StudyOptions(agent=["ideal-observer", "random"], p=[0.3], trials=200 + 200 * KILLS, repetitions=1))
+    asked = ["run", "flips", "--agent=ideal-observer", "--agent=random", "--p=0.3", "--no-report", "--json"]
     asked += [f"--trials={planned.trials}", "--repetitions=1", f"--out={tmp_path / 'killed'}"]
     luck, told = random.Random(3), set()
     for kill in range(KILLS):
@@ -146,7 +147,7 @@ def test_what_a_run_of_strategies_has_told_of_is_on_disk_when_it_is_killed(tmp_p
         line = ""
         while '"event": "trial"' not in line:
             line = process.stdout.readline()
-        time.sleep(luck.uniform(0, 0.1))
+        time.sleep(luck.uniform(0, 0.4))
         process.kill()
         events = [
             json.loads(one) for one in (line + process.stdout.read()).splitlines(keepends=True) if one[-1] == "\n"
